@@ -1,0 +1,23 @@
+# pipewright_module(NAME SOURCES ... DEPENDS ...): the static library of one folder.
+# A folder of headers alone becomes an interface library.
+function(pipewright_module name)
+  cmake_parse_arguments(ARG "" "" "SOURCES;DEPENDS" ${ARGN})
+  if(ARG_SOURCES)
+    add_library(${name} STATIC ${ARG_SOURCES})
+    target_link_libraries(${name} PUBLIC ${ARG_DEPENDS} PRIVATE pipewright_options)
+    target_include_directories(${name} PUBLIC ${PROJECT_SOURCE_DIR})
+    target_compile_definitions(${name} PUBLIC EIGEN_DONT_PARALLELIZE)
+  else()
+    add_library(${name} INTERFACE)
+    target_link_libraries(${name} INTERFACE ${ARG_DEPENDS})
+    target_include_directories(${name} INTERFACE ${PROJECT_SOURCE_DIR})
+  endif()
+endfunction()
+
+# pipewright_test(NAME SOURCES ... DEPENDS ...): one GoogleTest binary for one folder of tests/.
+function(pipewright_test name)
+  cmake_parse_arguments(ARG "" "" "SOURCES;DEPENDS" ${ARGN})
+  add_executable(${name} ${ARG_SOURCES})
+  target_link_libraries(${name} PRIVATE ${ARG_DEPENDS} GTest::gtest_main pipewright_options)
+  add_test(NAME ${name} COMMAND ${name})
+endfunction()

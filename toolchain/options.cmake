@@ -1,0 +1,16 @@
+# Compiler options of every target: warnings as errors, and arithmetic that gives one result
+# everywhere (no contraction to FMA, no fast-math).
+add_library(pipewright_options INTERFACE)
+target_compile_options(pipewright_options INTERFACE
+  -Wall -Wextra -Wpedantic -Wconversion -Wno-sign-conversion -Wshadow -Wnon-virtual-dtor
+  -Werror -ffp-contract=off -fno-math-errno)
+target_include_directories(pipewright_options INTERFACE ${PROJECT_SOURCE_DIR})
+# Eigen must neither allocate for small temporaries behind our back nor spawn threads.
+target_compile_definitions(pipewright_options INTERFACE EIGEN_DONT_PARALLELIZE EIGEN_MPL2_ONLY)
+
+set(PIPEWRIGHT_SANITIZE "" CACHE STRING "Sanitizers, as -fsanitize takes them")
+if(PIPEWRIGHT_SANITIZE)
+  target_compile_options(pipewright_options INTERFACE
+    -fsanitize=${PIPEWRIGHT_SANITIZE} -fno-omit-frame-pointer -fno-sanitize-recover=all)
+  target_link_options(pipewright_options INTERFACE -fsanitize=${PIPEWRIGHT_SANITIZE})
+endif()
