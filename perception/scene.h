@@ -29,7 +29,8 @@ struct PlaneEstimate {
 /// A cylinder: axis through p along l (|l| = 1), radius r, seen between two points of the axis.
 struct PipeEstimate {
   std::uint32_t id = 0;
-  Vector3d p_W = Vector3d::Zero();  ///< the axis point that is nearest to the centroid of its support
+  Vector3d p_W =
+      Vector3d::Zero();  ///< the axis point that is nearest to the centroid of its support
   Vector3d l_W = Vector3d::UnitX();
   double radius_m = 0;
   /// Of (p, l, r) in W: 7x7, rank 5 (p moves across the axis, l in its tangent plane).

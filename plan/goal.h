@@ -25,7 +25,7 @@ struct Goal {
 
 /// What the controller says of the goal it holds.
 enum class GoalState : std::uint8_t {
-  kNone,     ///< no goal
+  kNone,  ///< no goal
   kMoving,
   kReached,  ///< error within tolerance
   kStalled,  ///< the error has not changed for the stall time

@@ -23,8 +23,7 @@ bool HasSupport(const DepthFrame& frame, int u, int v, const CloudConfig& config
   int support = 0;
   for (int dv = -1; dv <= 1; ++dv) {
     for (int du = -1; du <= 1; ++du) {
-      if ((du == 0 && dv == 0) || u + du < 0 || u + du >= width || v + dv < 0 ||
-          v + dv >= height) {
+      if ((du == 0 && dv == 0) || u + du < 0 || u + du >= width || v + dv < 0 || v + dv >= height) {
         continue;
       }
       const int other_mm = frame.depth_mm[(v + dv) * width + u + du];

@@ -33,10 +33,10 @@ struct SelfBall {
 };
 
 struct CloudConfig {
-  int stride = 1;                ///< every stride-th pixel of every stride-th row is kept
-  double self_margin_m = 0.03;   ///< a point this near to the robot's own body is the robot
+  int stride = 1;                     ///< every stride-th pixel of every stride-th row is kept
+  double self_margin_m = 0.03;        ///< a point this near to the robot's own body is the robot
   double neighbour_tolerance = 0.03;  ///< share of depth by which neighbours on a surface differ
-  int min_neighbours = 3;        ///< of 8; a reading with fewer on its surface is a speckle
+  int min_neighbours = 3;             ///< of 8; a reading with fewer on its surface is a speckle
 };
 
 constexpr bool Valid(const CloudConfig& c) {

@@ -11,9 +11,9 @@ namespace pipewright {
 
 struct CfnbvConfig {
   GainConfig gain{.range_min_m = 0.17};
-  double horizon_s = 10;          ///< t0 of the score G_w / (t0 + t): what a view costs beside motion
-  int random_candidates = 60;     ///< configurations drawn at random a step, near and far
-  int unknown_candidates = 60;    ///< configurations aimed at frontier voxels a step
+  double horizon_s = 10;        ///< t0 of the score G_w / (t0 + t): what a view costs beside motion
+  int random_candidates = 60;   ///< configurations drawn at random a step, near and far
+  int unknown_candidates = 60;  ///< configurations aimed at frontier voxels a step
   int coverage_candidates = 60;   ///< configurations aimed at uncovered voxels a step
   int paths = 6;                  ///< how many motion plans a step may try
   double stop_unknown = 4;        ///< a view of fewer new voxels than this, and
@@ -38,8 +38,8 @@ constexpr bool Valid(const CfnbvConfig& c) {
 /// distinct gain (23) over the time that going there takes; the best for which a path is found is
 /// the goal, with its path.
 ///
-/// It stops (kComplete) when `stop_tests` reachable views in a row, aimed at everything that is left
-/// and random, gain less than the threshold. What is left then is declared: unknown voxels as
+/// It stops (kComplete) when `stop_tests` reachable views in a row, aimed at everything that is
+/// left and random, gain less than the threshold. What is left then is declared: unknown voxels as
 /// residual, uncovered ones as given up.
 class Cfnbv {
  public:

@@ -10,9 +10,9 @@
 namespace pipewright {
 
 struct CfnbvPaperConfig {
-  GainConfig gain;          ///< Table I
-  int candidates = 500;     ///< N
-  double stop_gain = 1;     ///< stop when the best weighted gain is below; nats
+  GainConfig gain;       ///< Table I
+  int candidates = 500;  ///< N
+  double stop_gain = 1;  ///< stop when the best weighted gain is below; nats
 };
 
 constexpr bool Valid(const CfnbvPaperConfig& c) {

@@ -23,8 +23,8 @@ struct PlanInput {
   const VoxelGrid& map;
   const DistanceField& field;
   const Scene& scene;
-  Configuration q = Configuration::Zero();   ///< where the robot stands
-  GoalState outcome = GoalState::kNone;      ///< how the goal of the last Plan() ended
+  Configuration q = Configuration::Zero();  ///< where the robot stands
+  GoalState outcome = GoalState::kNone;     ///< how the goal of the last Plan() ended
 };
 
 enum class PlanDecision : std::uint8_t {
@@ -47,17 +47,17 @@ constexpr const char* Name(PlanDecision d) {
 
 /// The figures of one decision, for the log.
 struct PlanNumbers {
-  int candidates = 0;          ///< proposed
-  int reachable = 0;           ///< of these, collision-free configurations (paper: not checked, all)
+  int candidates = 0;  ///< proposed
+  int reachable = 0;   ///< of these, collision-free configurations (paper: not checked, all)
   int paths_tried = 0;
-  double gain_visual = 0;      ///< of the chosen view, nats, as its planner counts
+  double gain_visual = 0;  ///< of the chosen view, nats, as its planner counts
   double gain_coverage = 0;
   double gain_weighted = 0;
-  double duration_s = 0;       ///< of the path at the planner's speed limits; 0 without a path
-  int unknown_targets = 0;     ///< unknown voxels beside known free ones, not residual
-  int uncovered_targets = 0;   ///< occupied voxels not covered, not given up
-  int given_up = 0;            ///< uncovered voxels that no reachable view was found for
-  int residual_new = 0;        ///< unknown voxels to be declared residual by this step
+  double duration_s = 0;      ///< of the path at the planner's speed limits; 0 without a path
+  int unknown_targets = 0;    ///< unknown voxels beside known free ones, not residual
+  int uncovered_targets = 0;  ///< occupied voxels not covered, not given up
+  int given_up = 0;           ///< uncovered voxels that no reachable view was found for
+  int residual_new = 0;       ///< unknown voxels to be declared residual by this step
   /// At kComplete: if a share p of the reachable views still gained the threshold, the chance that
   /// all `tested` views missed it would be (1 - p)^tested; this is the p at which that is 1%.
   double share_bound = 0;

@@ -98,8 +98,9 @@ class GainEvaluator {
   /// Copies the state of `map`, which must have the configuration given at construction.
   void Update(const VoxelGrid& map);
 
-  /// Visual gain (17) over `camera` (turned by X_WS) and coverage gain (21) over `probe`, from p_WP.
-  /// An origin outside the stored box, or not finite, gains nothing. Cost: a few ns a voxel passed.
+  /// Visual gain (17) over `camera` (turned by X_WS) and coverage gain (21) over `probe`, from
+  /// p_WP. An origin outside the stored box, or not finite, gains nothing. Cost: a few ns a voxel
+  /// passed.
   ViewGain Evaluate(const Viewpoint& view, const RaySet& camera, const RaySet& probe,
                     GainCount count);
 

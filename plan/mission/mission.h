@@ -25,7 +25,7 @@ enum class StopReason : std::uint8_t {
   kComplete,
   kNoReachableView,
   kDeviceFault,
-  kStuck,    ///< goals stalled in a row while nothing new was seen or covered
+  kStuck,  ///< goals stalled in a row while nothing new was seen or covered
   kTimeout,
 };
 
@@ -100,11 +100,11 @@ struct MissionOutput {
   MissionState state = MissionState::kStart;
   StopReason stop = StopReason::kNone;
   bool new_goal = false;
-  bool planned = false;    ///< `numbers` and `decision` are of this step
+  bool planned = false;  ///< `numbers` and `decision` are of this step
   PlanDecision decision = PlanDecision::kNoReachableView;
   PlanNumbers numbers;
-  int plan_steps = 0;      ///< so far
-  int stalls = 0;          ///< so far
+  int plan_steps = 0;  ///< so far
+  int stalls = 0;      ///< so far
 };
 
 /// Runs one inspection: start, look around, then plan and move until the planner has nothing left,

@@ -12,7 +12,8 @@
 ///   A  arm base: the foot of the arm, fixed in B
 ///   L  a body's own frame: the base platform, arm link i (modified DH), or the tool
 ///   F  flange: the last arm link's frame
-///   S  sensor: the camera's optical centre; z along the optical axis, x right, y down in the image.
+///   S  sensor: the camera's optical centre; z along the optical axis, x right, y down in the
+///   image.
 ///      The task of the control law is p_WS and z_WS.
 ///   P  probe: the centre of the sphere within which the probe covers surfaces
 namespace pipewright {

@@ -14,6 +14,11 @@ namespace pipewright {
 template <typename T>
 class Latest {
  public:
+  Latest() = default;
+
+  /// For a T without a default, or whose memory is sized at start: all slots begin as copies.
+  explicit Latest(const T& initial) : slots_{initial, initial, initial} {}
+
   /// The writer's slot, holding an old value. Fill it in place, then Publish().
   T& Back() { return slots_[back_]; }
 
@@ -28,8 +33,8 @@ class Latest {
     Publish();
   }
 
-  /// The newest value published, or a T{} before the first. The reference stays valid, and its
-  /// value unchanged, until the reader's next call.
+  /// The newest value published, or the initial one before the first. The reference stays valid,
+  /// and its value unchanged, until the reader's next call.
   const T& Read() {
     if ((middle_.load(std::memory_order_relaxed) & kFresh) != 0) {
       front_ = middle_.exchange(front_, std::memory_order_acq_rel) & kSlotMask;

@@ -8,17 +8,17 @@ namespace pipewright {
 
 /// Why there is no value. Every enumerator has a test that provokes it.
 // clang-format off  (version 14 misindents an attributed enum)
-enum class [[nodiscard]] Status : std::uint8_t {
-  kOk,
-  kStale,           ///< input older than its timeout
-  kOutOfRange,      ///< value outside its declared limits, or not finite
-  kMalformed,       ///< wrong id, length, type or syntax
-  kInfeasible,      ///< constraints admit no point
-  kIterationLimit,  ///< work bound reached; the value is not to be used
-  kFull,            ///< a fixed capacity is exhausted; what it holds is kept
-  kUnavailable,     ///< a device, interface or file is not there
-  kTimeout,         ///< the other side did not answer in time
-  kFault,           ///< the other side answered with an error
+enum class [[nodiscard]] Status : std::uint8_t{
+    kOk,
+    kStale,           ///< input older than its timeout
+    kOutOfRange,      ///< value outside its declared limits, or not finite
+    kMalformed,       ///< wrong id, length, type or syntax
+    kInfeasible,      ///< constraints admit no point
+    kIterationLimit,  ///< work bound reached; the value is not to be used
+    kFull,            ///< a fixed capacity is exhausted; what it holds is kept
+    kUnavailable,     ///< a device, interface or file is not there
+    kTimeout,         ///< the other side did not answer in time
+    kFault,           ///< the other side answered with an error
 };
 // clang-format on
 

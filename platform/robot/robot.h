@@ -21,7 +21,7 @@ using Controls = Vec<kControls>;
 
 /// What the robot knows of itself in one control cycle. q's base part comes from localisation.
 struct RobotState {
-  Time stamp{};          ///< when the oldest of the joint readings below was taken
+  Time stamp{};  ///< when the oldest of the joint readings below was taken
   Configuration q = Configuration::Zero();
   Controls u = Controls::Zero();  ///< measured velocities
   bool valid = false;             ///< every device is enabled, fresh and without fault

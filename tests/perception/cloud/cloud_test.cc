@@ -102,11 +102,11 @@ TEST(MakeCloud, KeepsEveryStridethPixel) {
 }
 
 TEST(MakeCloud, RefusesFramesThatMakeNoSense) {
-  for (const auto& spoil : {+[](DepthFrame& f) { f.camera.width = 0; },
-                            +[](DepthFrame& f) { f.camera.height = 1 << 30; },
-                            +[](DepthFrame& f) { f.camera.fx = 0; },
-                            +[](DepthFrame& f) { f.camera.fy = std::nan(""); },
-                            +[](DepthFrame& f) { f.camera.z_max_m = 0; }}) {
+  for (const auto& spoil :
+       {+[](DepthFrame& f) { f.camera.width = 0; },
+        +[](DepthFrame& f) { f.camera.height = 1 << 30; }, +[](DepthFrame& f) { f.camera.fx = 0; },
+        +[](DepthFrame& f) { f.camera.fy = std::nan(""); },
+        +[](DepthFrame& f) { f.camera.z_max_m = 0; }}) {
     const auto frame = Wall();
     spoil(*frame);
     const Made made = Make(*frame);
