@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstdint>
+
+#include "platform/core/frames.h"
+#include "platform/core/status.h"
+#include "platform/core/time.h"
+
+namespace pipewright {
+
+struct WheelOdometryConfig {
+  double track_m = 0.35;       ///< between the drive wheels' contact points
+  double quantum_m = 1e-3;     ///< of the cumulative wheel distances
+  double max_wheel_mps = 2.5;  ///< a wheel that went faster was not turning: its counter was reset
+  Duration max_gap = std::chrono::milliseconds(100);  ///< longer, and speeds are not integrated
+
+  /// Slip, as the standard deviation after 1 m driven or 1 rad turned; it grows with the root.
+  double slip_m = 0.01;
+  double slip_rad_per_m = 0.01;
+  double slip_rad_per_rad = 0.01;
+};
+
+constexpr bool Valid(const WheelOdometryConfig& c) {
+  return c.track_m > 0 && c.quantum_m > 0 && c.max_wheel_mps > 0 && c.max_gap > Duration::zero() &&
+         c.slip_m >= 0 && c.slip_rad_per_m >= 0 && c.slip_rad_per_rad >= 0;
+}
+
+/// Pose of base B in the world W: X_WB = Translation(x, y, 0) RotZ(phi).
+struct BasePose {
+  Time stamp{};
+  double x_m = 0;
+  double y_m = 0;
+  double phi_rad = 0;                        ///< not wrapped: turns accumulate
+  Mat<3, 3> covariance = Mat<3, 3>::Zero();  ///< of (x, y, phi) in W
+};
+
+/// Base pose from a differential drive's measured twist and its cumulative wheel distances.
+///
+/// Each wheel's distance is predicted from the twist, s += (v -+ omega track/2) dt, then held
+/// within half a quantum of the distance the base reports. So the fine motion comes from the twist,
+/// whose rounding may not accumulate: phi = phi_0 + (s_right - s_left)/track is never farther than
+/// 3 quantum/track from the turn of the wheels, however long it runs. The pose is advanced by
+/// the exact arc of each step's (ds_left, ds_right). Slip is not seen, but is in the covariance.
+class WheelOdometry {
+ public:
+  explicit WheelOdometry(const WheelOdometryConfig& config = {});
+
+  /// The base is at this pose now; its covariance restarts at zero unless the pose brings one.
+  void Reset(const BasePose& pose);
+
+  /// One report of the base: its twist (forward v, yaw rate w) and how far each wheel has gone,
+  /// forward positive, as the device rounds it.
+  /// kOutOfRange: not finite; ignored. kStale: not newer than the last; ignored.
+  /// kFault: a wheel distance jumped; this step went by the twist alone, the next is normal.
+  Status Step(Time now, double v_mps, double w_radps, double left_m, double right_m);
+
+  const BasePose& pose() const { return pose_; }
+
+  /// The pose at a moment shortly after the last report (at most max_gap), along its twist.
+  BasePose Extrapolate(Time when) const;
+
+  std::uint64_t jumps() const { return jumps_; }
+
+ private:
+  void Advance(double left_m, double right_m);
+
+  WheelOdometryConfig config_;
+  BasePose pose_;
+  Mat<3, 3> slip_covariance_ = Mat<3, 3>::Zero();
+  bool started_ = false;
+  double v_mps_ = 0;
+  double w_radps_ = 0;
+  double left_m_ = 0;  ///< estimate of the wheel's distance, in the device's count
+  double right_m_ = 0;
+  std::uint64_t jumps_ = 0;
+};
+
+}  // namespace pipewright
