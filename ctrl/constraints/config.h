@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "ctrl/constraints/row.h"
+
+namespace pipewright {
+
+/// At which u the deviation σ_f(u) of a stochastic VFI is taken.
+enum class SvfiMode : std::uint8_t {
+  kExact,             ///< at the u that is sent: a second-order cone
+  kPreviousVelocity,  ///< at the last cycle's u, as published: too small while accelerating
+  kWorstCase,         ///< its upper bound over the box of u: never too small
+};
+
+/// Distances, rates and softness of the constraint rows. Defaults are Table I of the CFNBV paper
+/// where it has a value.
+struct ConstraintConfig {
+  double period_s = 0.01;  ///< u is held this long
+
+  double eta_1ps = 1;        ///< η of (5), planes and pipes
+  double eta_voxel_1ps = 2;  ///< the same for obstacle voxels and columns
+  double eta_self_1ps = 2;
+  double eta_joint_1ps = 4;
+
+  /// d_safe of a sphere of radius r is the larger of the table's value and r + margin.
+  double d_safe_plane_m = 0.1;
+  double d_safe_base_plane_m = 0.5;
+  double d_safe_pipe_m = 0.075;  ///< plus the pipe's radius: distances to pipes are to the axis
+  double margin_m = 0.03;
+  double voxel_margin_m = 0.02;
+  double self_margin_m = 0.02;
+
+  double plane_inflation_m = 0.25;  ///< a plane acts this far beyond the rectangle that was seen
+  double plane_behind_m = 0.15;     ///< a point this far behind a plane is past the plane's end
+  double near_vertical_nz = 0.3;    ///< |n_z| below which a plane stops the base
+  double pipe_inflation_m = 0.15;
+  double consider_m = 0.5;     ///< pairs with more than this to spare make no row
+  double ahead_s = 0.25;       ///< a second obstacle voxel is looked for where the point is heading
+  double recovery_mps = 0.05;  ///< how fast at most a too near place is left
+
+  SvfiMode svfi = SvfiMode::kExact;
+  double alpha = 0.7;  ///< in [0.5, 1)
+
+  /// Price of violation per kind, 0: hard. By RowKind; λ_s = 5e3.
+  std::array<double, kRowKinds> price = {0, 0, 5e3, 0, 0, 0, 5e3, 5e3};
+
+  constexpr double Price(RowKind kind) const { return price[static_cast<int>(kind)]; }
+};
+
+constexpr bool Valid(const ConstraintConfig& c) {
+  const bool rates = c.period_s > 0 && c.eta_1ps > 0 && c.eta_voxel_1ps > 0 && c.eta_self_1ps > 0 &&
+                     c.eta_joint_1ps > 0 && c.eta_1ps * c.period_s < 1 &&
+                     c.eta_voxel_1ps * c.period_s < 1 && c.eta_self_1ps * c.period_s < 1 &&
+                     c.eta_joint_1ps * c.period_s < 1;  // else one period overshoots
+  const bool distances = c.d_safe_plane_m >= 0 && c.d_safe_base_plane_m >= 0 &&
+                         c.d_safe_pipe_m >= 0 && c.margin_m >= 0 && c.voxel_margin_m >= 0 &&
+                         c.self_margin_m >= 0 && c.plane_inflation_m >= 0 &&
+                         c.plane_behind_m >= 0 && c.pipe_inflation_m >= 0 && c.consider_m > 0 &&
+                         c.ahead_s >= 0 && c.recovery_mps >= 0;
+  bool prices = c.Price(RowKind::kRecovery) > 0;  // hard, it would leave no answer
+  for (const double price : c.price) {
+    prices = prices && price >= 0;
+  }
+  return rates && distances && prices && c.alpha >= 0.5 && c.alpha < 1;
+}
+static_assert(Valid(ConstraintConfig{}));
+
+}  // namespace pipewright

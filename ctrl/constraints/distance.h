@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "perception/scene.h"
+#include "platform/core/frames.h"
+
+namespace pipewright {
+
+/// Distance of a robot point T to a primitive, with what its derivatives are made of.
+struct PointDistance {
+  double d_m = 0;  ///< signed for planes; else ≥ 0
+  /// ∂d/∂p_WT: d' = gradient' J_t u. Unit length, or zero where the distance has no derivative.
+  Vector3d gradient_W = Vector3d::Zero();
+};
+
+/// d = n't − d_π                                                                        [CFNBV] (8)
+PointDistance PointToPlane(const Vector3d& p_WT, const PlaneEstimate& plane);
+
+/// Whether the plane acts on T: T's foot lies in the seen rectangle widened by inflation, and T not
+/// farther than `behind` behind the plane.
+bool PlaneReaches(const PlaneEstimate& plane, const Vector3d& p_WT, double inflation_m,
+                  double behind_m);
+
+/// Distance to the pipe's axis: the line, where T's foot lies in the seen extent widened by
+/// inflation, else the end point of that extent. The foot is p + s l.
+struct AxisDistance {
+  PointDistance to_axis;
+  double s_m = 0;       ///< where on the axis the nearest point is
+  bool at_end = false;  ///< the nearest point is an end, fixed at s
+};
+AxisDistance PointToPipeAxis(const Vector3d& p_WT, const PipeEstimate& pipe, double inflation_m);
+
+/// d = |t − p|
+PointDistance PointToPoint(const Vector3d& p_WT, const Vector3d& p_WQ);
+
+/// Nearest points of two segments.
+struct SegmentPair {
+  double d_m = 0;
+  double s = 0;  ///< nearest point of the first: a0 + s (a1 − a0), s in [0, 1]
+  double t = 0;
+  Vector3d direction_W = Vector3d::Zero();  ///< from the second to the first; zero when they meet
+};
+
+/// [RTCD] Ericson: Real-Time Collision Detection, 2005, 5.1.9. Segments may be points.
+SegmentPair SegmentToSegment(const Vector3d& a0, const Vector3d& a1, const Vector3d& b0,
+                             const Vector3d& b1);
+
+}  // namespace pipewright

@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "ctrl/constraints/config.h"
+#include "ctrl/constraints/distance.h"
+#include "platform/core/status.h"
+
+namespace pipewright {
+
+/// Variance of f = ∇d' J_t u + η (d − d_safe) under the primitive's covariance Σ, as a function of
+/// the point's velocity v = J_t u:
+///
+///   ∇f(v) = K v + h,    σ_f² = ∇f' Σ ∇f = v'Qv + 2 q'v + c                    [CFNBV] (13), (14)
+///   Q = K'ΣK (3×3),  q = K'Σh,  c = h'Σh
+///
+/// σ_f = ‖L'(K J_t u + h)‖ with Σ = LL': convex in u.
+struct VelocityCone {
+  Matrix3d Q = Matrix3d::Zero();
+  Vector3d q = Vector3d::Zero();
+  double c = 0;
+
+  double Sigma(const Vector3d& v_WT) const;
+  /// ∂σ_f/∂v; zero where σ_f is zero (there a subgradient).
+  Vector3d Gradient(const Vector3d& v_WT) const;
+  /// Upper bound of σ_f over |v_i − center_i| ≤ radius_i:  σ_f(center) + (Σ|Q_ij| r_i r_j)^½
+  double UpperBound(const Vector3d& center, const Vector3d& radius) const;
+};
+
+/// Plane: θ = (n, d_π), K = [I; 0], h = η [t; −1]. With the whole 4×4 Σ, σ_f does not depend on the
+/// frame's origin: moving it by o changes t to t − o, d_π to d_π − n'o, and Σ with them.
+VelocityCone PlaneCone(const PlaneEstimate& plane, const Vector3d& p_WT, double eta_1ps);
+
+/// Pipe: θ = (p, l, r), first order in θ. With w = t − p, ρ the distance to the axis,
+/// e = ∇d, m = l × e:
+///   ∂d/∂θ       = [−e; −(l'w) e; −1]
+///   ∂(e'v)/∂p   = −(m'v) m / ρ
+///   ∂(e'v)/∂l   = −(l'w)(m'v) m / ρ − (l'v) e        (l moves across itself only)
+/// At an end, s fixed: ∂d/∂θ = [−e; −s e; −1], ∂(e'v)/∂p = −(I − ee')v/ρ, ∂(e'v)/∂l = s times that.
+VelocityCone PipeCone(const PipeEstimate& pipe, const AxisDistance& distance, const Vector3d& p_WT,
+                      double eta_1ps);
+
+/// One stochastic VFI on u: the VFI holds with probability at least α,
+///
+///   a'u + z σ_f(J_t u) ≤ b,   a = −J_t'∇d,  b = η (d − d_safe),  z = Φ⁻¹(α)       [CFNBV] (16)
+///
+/// `limit` is b, raised to z σ_f(0) when a hard row would not even let the robot stand still: then
+/// it may not come nearer, and `b` stays what the chance constraint asks.
+struct ChanceRow {
+  Controls a = Controls::Zero();
+  double b = 0;
+  double limit = 0;
+  double price = 0;
+  int key = 0;
+  VelocityCone cone;
+  Mat<3, kControls> J = Mat<3, kControls>::Zero();  ///< J_t of the robot point
+};
+
+using ChanceRowSet = FixedVector<ChanceRow, kMaxChanceRows>;
+
+/// z = Φ⁻¹(α); kOutOfRange unless 0.5 ≤ α < 1: below a half the constraint is not convex.
+Result<double> ChanceQuantile(double alpha);
+
+/// a'u + z σ_f(J u) − limit: how much row is violated at u, negative when it holds.
+double ChanceExcess(const ChanceRow& row, const Controls& u, double z);
+
+/// The tangent of the cone at u0, a linear row that every u within the cone keeps.
+Row TangentCut(const ChanceRow& row, const Controls& u0, double z);
+
+/// The row with σ_f frozen at u0: the published surrogate.
+Row FrozenRow(const ChanceRow& row, const Controls& u0, double z);
+
+/// The row with σ_f at its upper bound over lb ≤ u ≤ ub.
+Row WorstCaseRow(const ChanceRow& row, const Controls& lb, const Controls& ub, double z);
+
+}  // namespace pipewright

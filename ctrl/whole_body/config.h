@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "ctrl/constraints/config.h"
+
+namespace pipewright {
+
+/// How a reference is moved along Goal::path.
+struct FollowerConfig {
+  double speed_fraction = 0.8;  ///< of the operating speed limits
+  double acceleration_fraction = 0.5;
+  double lag_free = 0.05;    ///< tracking error (m + rad, largest of them) that slows nothing
+  double lag_stop = 0.25;    ///< and that stops the reference
+  double k_along_1ps = 2;    ///< Kanayama's K_x
+  double k_across_1pm2 = 6;  ///< K_y
+  double k_heading_1ps = 2;  ///< on the heading error, also when turning on the spot
+  double k_joint_1ps = 2;    ///< posture feedback
+};
+
+constexpr bool Valid(const FollowerConfig& c) {
+  return c.speed_fraction > 0 && c.speed_fraction <= 1 && c.acceleration_fraction > 0 &&
+         c.acceleration_fraction <= 1 && c.lag_free >= 0 && c.lag_stop > c.lag_free &&
+         c.k_along_1ps >= 0 && c.k_across_1pm2 >= 0 && c.k_heading_1ps >= 0 && c.k_joint_1ps >= 0;
+}
+
+/// Law (3) and when it is done. Defaults are Table I of the CFNBV paper.
+struct WholeBodyConfig {
+  ConstraintConfig constraints;
+  FollowerConfig follower;
+  double kappa_1ps = 6;
+  double lambda_c = 1.2;
+  double reached = 0.001;      ///< ‖x − x_d‖ of a goal that is reached
+  double stall_s = 4;          ///< without change for this long: stalled
+  double stall_change = 1e-3;  ///< what counts as a change of ‖x − x_d‖ (or of the way done)
+  double settle = 0.05;        ///< at the path's end and this near, only the set point counts
+  int svfi_rounds = 8;         ///< QPs solved at most in a cycle to meet the cones
+};
+
+constexpr bool Valid(const WholeBodyConfig& c) {
+  return Valid(c.constraints) && Valid(c.follower) && c.kappa_1ps > 0 && c.lambda_c > 0 &&
+         c.kappa_1ps * c.constraints.period_s < 1 && c.reached > 0 && c.stall_s > 0 &&
+         c.stall_change > 0 && c.settle >= 0 && c.svfi_rounds >= 1;
+}
+static_assert(Valid(WholeBodyConfig{}));
+
+}  // namespace pipewright
