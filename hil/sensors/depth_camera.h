@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "hil/world/ray_scene.h"
+#include "hil/world/robot_model.h"
+#include "hil/world/scenario.h"
+#include "platform/core/depth_frame.h"
+
+namespace pipewright::hil {
+
+/// A RealSense D455 by ray tracing: what the host would get from the device.
+///
+/// Depth along z_S, in millimetres, of the nearest surface of the world or of the robot's own
+/// bodies:
+///   noise      z + N(0, (c z^2)^2), c = CameraSpec::noise_sigma_at_1m, then rounded to 1 mm
+///   too near   z < z_min: no reading, or (a share) a wrong one: half of these the depth of a
+///   random
+///              disparity, z_min 126 / d, half off by up to 40 % to either side
+///   none (0)   beyond z_max; a share anywhere; half of the pixels beside a jump in depth of more
+///   than
+///              0.05 m + 0.05 z; at grazing angles, surely at cos < 0.05, never at cos > 0.2
+///
+/// Noise is a hash of (seed, sequence, pixel): the same seed gives the same frames.
+class DepthCamera {
+ public:
+  /// The robot's bodies are copied; solids are attached as they are.
+  DepthCamera(const CameraSpec& spec, const std::vector<Solid>& solids, const RobotModel& robot,
+              std::uint64_t seed);
+
+  const CameraIntrinsics& intrinsics() const { return intrinsics_; }
+
+  /// The stamp of the next frame: sequence / rate. A caller renders when it has come.
+  Time next_stamp() const;
+
+  /// Renders the next frame, seen from X_WS with the robot's links at X_WL. Some 3 ms.
+  void Render(const Isometry3d& X_WS, std::span<const Isometry3d> X_WL, DepthFrame& frame);
+
+  /// The exact depth [m] along z_S for each pixel (infinity: nothing) and the cosine between ray
+  /// and surface normal; what Render starts from.
+  struct ExactPixel {
+    float z_m = 0;
+    float cosine = 0;
+    int solid = -1;  ///< index of the solid, or solids + index of the robot's body, or -1
+  };
+  const std::vector<ExactPixel>& Trace(const Isometry3d& X_WS, std::span<const Isometry3d> X_WL);
+
+ private:
+  void PlaceRobot(std::span<const Isometry3d> X_WL);
+  std::uint16_t Read(int pixel, std::uint64_t frame_key) const;
+  bool BesideJump(int pixel) const;
+
+  CameraSpec spec_;
+  CameraIntrinsics intrinsics_;
+  std::uint64_t seed_;
+  std::uint32_t sequence_ = 0;
+  std::vector<Body> bodies_;
+  int solids_ = 0;
+  RayDevice device_;
+  std::vector<RayScenePtr> body_scenes_;
+  RayScenePtr scene_;
+  std::vector<ExactPixel> exact_;
+};
+
+}  // namespace pipewright::hil
