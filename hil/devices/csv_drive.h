@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstdint>
+
+namespace pipewright::hil {
+
+/// What a drive obeys. Units: rad, s.
+struct DriveLimits {
+  double velocity_max_radps = 3.14159265358979;
+  double accel_radps2 = 20.0;       ///< 60C5h
+  double quick_stop_radps2 = 10.0;  ///< 6085h
+  double lower_rad = -6.2831;       ///< 607Dh, soft
+  double upper_rad = 6.2831;
+};
+
+/// The states of CiA 402.
+enum class DriveState : std::uint8_t {
+  kNotReady,
+  kSwitchOnDisabled,
+  kReadyToSwitchOn,
+  kSwitchedOn,
+  kOperationEnabled,
+  kQuickStopActive,
+  kFaultReaction,
+  kFault,
+};
+
+/// 605Ah and 605Eh, the values this drive knows.
+enum class QuickStopOption : std::int16_t { kRampThenDisable = 2, kRampThenStay = 6 };
+
+/// One joint's CiA 402 drive in cyclic synchronous velocity mode, without a bus: the state machine
+/// and the velocity ramp.
+///
+///   velocity -> target at |a| <= accel, |velocity| <= velocity_max, and slow enough to stop at a
+///   soft limit with the quick-stop ramp (internal limit, statusword bit 11)
+///
+/// In every state but operation enabled the brake holds: a joint still turning is brought to rest
+/// on the quick-stop ramp.
+class CsvDrive {
+ public:
+  /// Leaves kNotReady for kSwitchOnDisabled: the self-test is over.
+  void PowerUp();
+
+  /// One controlword (6040h). Bits 0-3 are the command, a rising bit 7 resets a fault.
+  void Command(std::uint16_t controlword);
+
+  /// Begins the fault reaction (605Eh = 2: ramp, then fault). Returns whether this is news.
+  bool RaiseFault();
+  /// Set while a fault's cause persists: it cannot be reset then.
+  void HoldFault(bool cause_persists) { fault_held_ = cause_persists; }
+
+  /// dt_s of motion towards `target_radps` (60FFh) from the position the joint really has.
+  void Step(double dt_s, double target_radps, bool mode_is_csv, double position_rad,
+            const DriveLimits& limits);
+
+  void set_quick_stop_option(QuickStopOption option) { quick_stop_option_ = option; }
+
+  DriveState state() const { return state_; }
+  double velocity_radps() const { return velocity_radps_; }
+  std::uint16_t Statusword() const;
+
+ private:
+  double Ramp(double target_radps, double rate_radps2, double dt_s) const;
+
+  DriveState state_ = DriveState::kNotReady;
+  QuickStopOption quick_stop_option_ = QuickStopOption::kRampThenDisable;
+  double velocity_radps_ = 0;
+  std::uint16_t controlword_ = 0;
+  bool fault_held_ = false;
+  bool internal_limit_ = false;
+  bool follows_ = false;
+};
+
+}  // namespace pipewright::hil

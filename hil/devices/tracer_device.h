@@ -1,0 +1,137 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "platform/can/frame.h"
+#include "platform/core/time.h"
+
+namespace pipewright::hil {
+
+/// How this Tracer is built and set. The defaults are the TRACER's where a manual gives a figure;
+/// ramps are unpublished and ours.
+struct TracerConfig {
+  // Values of 0x211's control mode; manuals differ. Ours: 0 standby, 1 CAN, 3 remote control.
+  std::uint8_t mode_standby = 0;
+  std::uint8_t mode_can = 1;
+  std::uint8_t mode_remote = 3;
+
+  double track_m = 0.35;
+  double wheel_radius_m = 0.0605;
+  double v_max_mps = 1.8;  ///< commands beyond are clamped (TRACER 2.0)
+  double omega_max_radps = 1.0;
+  double accel_mps2 = 1.5;
+  double alpha_radps2 = 4.0;
+  double brake_mps2 = 1.0;  ///< ramp after a lost command
+  double brake_radps2 = 3.0;
+  double stop_mps2 = 3.0;  ///< servo brake: e-stop, undervoltage
+  double stop_radps2 = 8.0;
+  Duration command_timeout = std::chrono::milliseconds(500);
+  Duration boot_time = std::chrono::milliseconds(100);
+
+  double battery_V = 26.0;
+  double charge_percent = 80;
+
+  // Faults. Real turning = yaw_scale * what the wheels (and so 0x221, 0x311) say; real travel =
+  // (1 - slip) * what they say.
+  double yaw_scale = 1.0;
+  double slip = 0.0;
+
+  bool Valid() const;
+};
+
+/// What really turns and travels, for the plant.
+struct BaseMotion {
+  double v_mps = 0;
+  double omega_radps = 0;
+};
+
+/// The AgileX Tracer as a node on the bus, protocol v2.
+///
+///   boot -> standby --0x421 01--> CAN --0x111 at least every 500 ms--> moves
+///                  <--0x421 00--
+///   remote transmitter on: its mode and its sticks win; 0x111 is ignored, lights still work
+///   e-stop: vehicle state 1, brakes, 0x421 still accepted; an exception (state 2) latches until
+///   0x441 clears it with the cause gone
+///
+/// Sends 0x211 0x221 0x231 0x241 0x251 0x252 0x311 every 20 ms, 0x261 0x262 every 100 ms, 0x361
+/// every 500 ms. 0x241 only while the transmitter is on. Motor 1 is the left wheel, motor 2 the
+/// right (the manuals do not say); both turn positive when driving forward.
+class TracerDevice {
+ public:
+  explicit TracerDevice(const TracerConfig& config);
+
+  /// Any frame of the bus. Not for us: ignored. For us but malformed: ignored and counted.
+  void OnFrame(const can::Frame& frame, Time now);
+
+  /// Moves the device's own time to `now` (ramps, watchdog) and appends the frames due. Call with
+  /// steps of at most a few ms.
+  void Step(Time now, std::vector<can::Frame>& out);
+
+  BaseMotion motion() const;
+
+  // What a person or the world does to it.
+  void PressEmergencyStop(bool pressed) { emergency_stop_ = pressed; }
+  void SetRemote(bool on, double v_mps, double omega_radps);
+  void SetBattery(double volts, double charge_percent);
+  void LoseMotorDriver(int motor, bool lost);  ///< motor 1 or 2; raises an exception
+  void SetSlip(double slip, double yaw_scale);
+
+  bool can_mode() const { return can_mode_; }
+  bool exception() const { return exception_; }
+  int watchdog_trips() const { return watchdog_trips_; }
+  int rejected() const { return rejected_; }
+
+ private:
+  struct Lights {
+    double enable = 0;
+    double front_mode = 0;
+    double front_custom = 0;
+  };
+
+  void OnMotionCommand(const can::Frame& frame, Time now);
+  void OnLightCommand(const can::Frame& frame);
+  void OnModeCommand(const can::Frame& frame);
+  void OnReset(const can::Frame& frame);
+  void UpdateFaults();
+  void Drive(double dt_s, Time now);
+  void Publish(Time now, std::vector<can::Frame>& out);
+  void PublishFast(std::vector<can::Frame>& out);
+  void PublishMotors(std::vector<can::Frame>& out) const;
+  double LeftWheel_mps() const;
+  double RightWheel_mps() const;
+  std::uint16_t ErrorBits() const;
+
+  TracerConfig config_;
+  std::optional<Time> booted_;
+  Time last_{};
+  Time next_fast_{};
+  Time next_slow_{};
+  Time next_bms_{};
+  std::optional<Time> last_command_;
+  bool can_mode_ = false;
+  bool timed_out_ = false;
+  bool emergency_stop_ = false;
+  bool exception_ = false;
+  bool undervoltage_ = false;
+  bool remote_on_ = false;
+  bool motor_lost_[2] = {false, false};
+  double remote_v_mps_ = 0;
+  double remote_omega_radps_ = 0;
+  double target_v_mps_ = 0;
+  double target_omega_radps_ = 0;
+  double v_mps_ = 0;  ///< of the wheels
+  double omega_radps_ = 0;
+  double left_m_ = 0;
+  double right_m_ = 0;
+  Lights lights_;
+  std::uint8_t count_system_ = 0;
+  std::uint8_t count_light_ = 0;
+  std::uint8_t count_remote_ = 0;
+  int watchdog_trips_ = 0;
+  int rejected_ = 0;
+};
+
+}  // namespace pipewright::hil
