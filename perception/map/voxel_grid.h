@@ -1,0 +1,188 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cmath>
+#include <cstdint>
+#include <vector>
+
+#include "perception/map/voxel_index.h"
+
+namespace pipewright {
+
+/// How many voxels of the workspace W are what. total = free + occupied + unknown + residual.
+struct MapCounts {
+  int total = 0;
+  int free = 0;
+  int occupied = 0;
+  int unknown = 0;   ///< not known, and not given up
+  int residual = 0;  ///< not known, and no valid viewpoint can see it
+  int covered = 0;   ///< of the occupied ones
+};
+
+/// What one scan did to the map.
+struct ScanStats {
+  int points = 0;
+  int rejected = 0;  ///< not finite, or farther than OctoMap's keys reach: no effect
+  int hits = 0;      ///< voxels of the box that got a hit
+  int misses = 0;    ///< voxels of the box that got a miss
+  int refused = 0;   ///< voxels that were not updated for want of a brick
+};
+
+/// Where a ray ended.
+struct RayHit {
+  bool hit = false;  ///< at an occupied voxel
+  VoxelIndex end;    ///< that voxel, or the last one looked at
+};
+
+/// Occupancy of a box of voxels, by OctoMap's rules, on memory that is fixed at construction.
+///
+/// Log-odds lie in bricks of 8x8x8 out of a pool; a dense table over the box says which brick is
+/// where. Four bits of every voxel of the box lie in flat planes, x fastest, so that a ray steps by
+/// adding a stride: known, occupied (or swept, while unknown), covered (or residual, while
+/// unknown), and a mark of the scan in hand. What a full pool refuses is counted; what it holds is
+/// kept.
+///
+/// Counts and entropies speak of the workspace W and are kept up with each change, exactly.
+class VoxelGrid {
+ public:
+  /// Allocates everything; `config` must be Valid.
+  explicit VoxelGrid(const MapConfig& config);
+
+  /// Integrates a scan as OctoMap 1.9.7's insertPointCloud does, not lazy, not discretised: every
+  /// voxel passed gets a miss and every end point's voxel a hit, once a scan, hits before misses;
+  /// a point farther than max_range_m (negative: none) gives misses up to there. Voxels outside the
+  /// box are skipped, inside it states and log-odds are OctoMap's. Two points closer than 1e-18 m
+  /// to the origin are as at the origin. O(points x voxels passed); no heap.
+  ScanStats InsertScan(const Vector3f* points_W, int count, const Vector3f& origin_W,
+                       double max_range_m);
+
+  /// The same with discretize = true: one ray for each voxel that holds points, to its centre.
+  ScanStats InsertScanDiscretized(const Vector3f* points_W, int count, const Vector3f& origin_W,
+                                  double max_range_m);
+
+  /// Outside the box every voxel is unknown, not swept, not covered, with log-odds 0.
+  VoxelState State(const VoxelIndex& v) const;
+  float LogOdds(const VoxelIndex& v) const;
+  bool Covered(const VoxelIndex& v) const;
+  bool Swept(const VoxelIndex& v) const;  ///< and still unknown
+  bool Residual(const VoxelIndex& v) const;
+  /// What motion must not touch: occupied, or unknown and not swept.
+  bool Obstacle(const VoxelIndex& v) const;
+
+  /// The robot's own body is or was here: unknown voxels whose box meets the ball are no obstacle.
+  void MarkSweptSphere(const Vector3d& center_W, double radius_m);
+
+  /// Occupied voxels of W whose centre is within the radius of P and in line of sight, that is with
+  /// no other occupied voxel on the ray from P to the centre, become covered. A voxel that turns
+  /// free loses the flag.
+  /// @returns how many are new
+  int MarkCovered(const Vector3d& p_WP, double radius_m);
+
+  /// Only an unknown voxel can be residual; it ceases to be when it becomes known.
+  void SetResidual(const VoxelIndex& v, bool residual);
+
+  const MapCounts& counts() const { return counts_; }
+
+  /// Mean over W of I_o = -p ln p - (1 - p) ln(1 - p), (18): ln 2 for a voxel that is not known,
+  /// its own entropy (at most 2e-6 off, by table) for one that is. Nats per voxel.
+  double visual_entropy() const;
+  /// Mean over W of I_c, (22) with the sign mended: ln 2 for occupied and not covered, else 0.
+  double coverage_entropy() const;
+  /// S = 1/|W| sum (I_o + I_c).
+  double combined_entropy() const { return visual_entropy() + coverage_entropy(); }
+
+  /// OctoMap's castRay: from the origin's voxel along the direction (any length > 0) to the first
+  /// occupied voxel. Without ignore_unknown an unknown voxel ends it, without a hit. max_range_m
+  /// counts to voxel centres, <= 0: none. Outside the box all is unknown. The numbers are taken in
+  /// float, as OctoMap's are.
+  RayHit CastRay(const Vector3d& origin_W, const Vector3d& direction_W, double max_range_m,
+                 bool ignore_unknown) const;
+
+  /// The same for many directions from one origin; results as one by one, in less time.
+  void CastRays(const Vector3f& origin_W, const Vector3f* directions_W, int count,
+                double max_range_m, bool ignore_unknown, RayHit* hits) const;
+
+  const MapConfig& config() const { return config_; }
+  VoxelIndex VoxelOf(const Vector3d& p_W) const;
+  Vector3d Center(const VoxelIndex& v) const;
+  bool InBox(const VoxelIndex& v) const { return Within(v, config_.lo, config_.hi); }
+  bool InWorkspace(const VoxelIndex& v) const {
+    return Within(v, config_.workspace_lo, config_.workspace_hi);
+  }
+
+  /// Voxels of the box and their flat index, x fastest: for stamps, queues and inner loops.
+  int voxel_count() const { return nx_ * ny_ * nz_; }
+  int IndexOf(const VoxelIndex& v) const {
+    return (v.x - config_.lo.x) + nx_ * ((v.y - config_.lo.y) + ny_ * (v.z - config_.lo.z));
+  }
+  VoxelIndex VoxelAt(int index) const;
+  bool KnownAt(int index) const { return (Code(index) & kKnown) != 0; }
+  bool OccupiedAt(int index) const { return Code(index) == kOccupiedCode; }
+  bool ObstacleAt(int index) const { return Code(index) == 0 || Code(index) == kOccupiedCode; }
+  bool CoveredAt(int index) const { return OccupiedAt(index) && Flag(index); }
+
+  /// Changes whenever a voxel's State, Swept or Obstacle does.
+  std::uint64_t revision() const { return revision_; }
+  int bricks_used() const { return bricks_used_; }
+  std::int64_t bricks_refused() const { return bricks_refused_; }
+
+  static constexpr int kBrickVoxels = 512;
+  /// Per voxel of an allocated brick: its log-odds and its four bits. 4.5.
+  static constexpr double kBytesPerVoxel = sizeof(float) + 0.5;
+  /// All heap of one grid, in bytes.
+  std::int64_t MemoryBytes() const;
+
+ private:
+  friend class ScanInserter;
+  friend class RayCaster;
+
+  // A voxel's two state bits: 0 unknown, 1 unknown and swept, 2 free, 3 occupied.
+  static constexpr unsigned kKnown = 2;
+  static constexpr unsigned kOccupiedCode = 3;
+
+  struct Brick {
+    float log_odds[kBrickVoxels];
+  };
+
+  unsigned Code(int i) const { return (codes_[i >> 5] >> ((i & 31) * 2)) & 3U; }
+  void SetCode(int i, unsigned code) {
+    std::uint64_t& word = codes_[i >> 5];
+    const int shift = (i & 31) * 2;
+    word = (word & ~(std::uint64_t{3} << shift)) | (std::uint64_t{code} << shift);
+  }
+  bool Flag(int i) const { return ((flags_[i >> 6] >> (i & 63)) & 1U) != 0; }
+  void SetFlag(int i, bool flag) {
+    const std::uint64_t bit = std::uint64_t{1} << (i & 63);
+    flags_[i >> 6] = flag ? flags_[i >> 6] | bit : flags_[i >> 6] & ~bit;
+  }
+
+  float* LogOddsSlot(const VoxelIndex& v);
+  bool Update(int index, const VoxelIndex& v, bool hit);
+  void Count(int index, const VoxelIndex& v, int sign);
+  std::int64_t EntropyUnits(float log_odds) const;
+
+  MapConfig config_;
+  int nx_ = 0;
+  int ny_ = 0;
+  int nz_ = 0;
+  float hit_ = 0;  // log-odds, rounded as OctoMap rounds them
+  float miss_ = 0;
+  float min_ = 0;
+  float max_ = 0;
+  float threshold_ = 0;
+  int bricks_x_ = 0;
+  int bricks_y_ = 0;
+  int bricks_used_ = 0;
+  std::int64_t bricks_refused_ = 0;
+  std::uint64_t revision_ = 1;
+  MapCounts counts_;
+  std::int64_t entropy_units_ = 0;  // sum of I_o over the known voxels of W, in 2^-40 nats
+  std::vector<std::int32_t> top_;   // brick of each 8x8x8 block of the box, -1: none
+  std::vector<Brick> bricks_;
+  std::vector<std::uint64_t> codes_;  // two bits a voxel
+  std::vector<std::uint64_t> flags_;  // covered when occupied, residual when unknown
+  std::vector<std::uint64_t> marks_;  // updated by the scan in hand; a border word at either end
+  std::vector<std::int64_t> entropy_table_;
+};
+
+}  // namespace pipewright
