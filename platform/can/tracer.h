@@ -1,0 +1,142 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "platform/can/table.h"
+#include "platform/can/tracer_messages.h"
+
+/// AgileX Tracer, CAN protocol v2: 500 kbit/s, 11-bit ids, high byte first, no checksum.
+/// Source: TRACER user manual v1.2 (tables 3.1 to 3.12) and the layouts that the vendor's SDK
+/// reads.
+namespace pipewright::can {
+
+inline constexpr int kTracerBitrate = 500'000;
+/// The base stops when 0x111 stays away this long (manual, table 3.4).
+inline constexpr Duration kTracerCommandTimeout = std::chrono::milliseconds(500);
+
+namespace tracer_internal {
+using std::chrono_literals::operator""ms;
+inline constexpr auto kBig = ByteOrder::kBigEndian;
+inline constexpr auto kTo = Direction::kToDevice;
+inline constexpr auto kFrom = Direction::kFromDevice;
+inline constexpr auto kS = Sign::kSigned;
+inline constexpr auto kU = Sign::kUnsigned;
+// clang-format off
+
+/// Limits: TRACER 2.0's clamps. Bytes 4 to 7 (lateral, steering) stay 0 on a Tracer.
+inline constexpr FrameSpec<BaseTwistCommand, 2> kTwistCommand{
+  {"base_twist_command", 0x111, 0, 8, 8, 20ms, kBig, kTo}, {{
+  // name                 unit     field                        start bits sign scale  min      max
+    {"v",                 "m/s",   &BaseTwistCommand::v_mps,          0, 16, kS, 1e-3, -1.8,    1.8},
+    {"omega",             "rad/s", &BaseTwistCommand::omega_radps,   16, 16, kS, 1e-3, -1.0,    1.0},
+}}};
+
+constexpr FrameSpec<BaseLight, 6> Light(const FrameHead& head) {
+  return {head, {{
+    {"enabled",           "1",     &BaseLight::enabled,               0,  8, kU, 1.0,   0,      1},
+    {"front_mode",        "1",     &BaseLight::front_mode,            8,  8, kU, 1.0,   0,      3},
+    {"front_percent",     "%",     &BaseLight::front_percent,        16,  8, kU, 1.0,   0,    100},
+    {"rear_mode",         "1",     &BaseLight::rear_mode,            24,  8, kU, 1.0,   0,      3},
+    {"rear_percent",      "%",     &BaseLight::rear_percent,         32,  8, kU, 1.0,   0,    100},
+    {"count",             "1",     &BaseLight::count,                56,  8, kU, 1.0,   0,    255},
+  }}};
+}
+
+inline constexpr FrameSpec<BaseState, 5> kState{
+  {"base_state", 0x211, 0, 8, 8, 20ms, kBig, kFrom}, {{
+    {"vehicle_state",     "1",     &BaseState::vehicle_state,         0,  8, kU, 1.0,   0,      2},
+    {"control_mode",      "1",     &BaseState::control_mode,          8,  8, kU, 1.0,   0,      3},
+    {"battery",           "V",     &BaseState::battery_V,            16, 16, kU, 0.1,   0,   6553.5},
+    {"errors",            "1",     &BaseState::errors,               32, 16, kU, 1.0,   0,  65535},
+    {"count",             "1",     &BaseState::count,                56,  8, kU, 1.0,   0,    255},
+}}};
+
+inline constexpr FrameSpec<BaseTwist, 4> kTwist{
+  {"base_twist", 0x221, 0, 8, 8, 20ms, kBig, kFrom}, {{
+    {"v",                 "m/s",   &BaseTwist::v_mps,                 0, 16, kS, 1e-3, -32.768, 32.767},
+    {"omega",             "rad/s", &BaseTwist::omega_radps,          16, 16, kS, 1e-3, -32.768, 32.767},
+    {"lateral",           "m/s",   &BaseTwist::lateral_mps,          32, 16, kS, 1e-3, -32.768, 32.767},
+    {"steering",          "rad",   &BaseTwist::steering_rad,         48, 16, kS, 1e-3, -32.768, 32.767},
+}}};
+
+inline constexpr FrameSpec<BaseRemote, 10> kRemote{
+  {"base_remote", 0x241, 0, 8, 8, 20ms, kBig, kFrom}, {{
+    {"swa",               "1",     &BaseRemote::swa,                  0,  2, kU, 1.0,   0,      3},
+    {"swb",               "1",     &BaseRemote::swb,                  2,  2, kU, 1.0,   0,      3},
+    {"swc",               "1",     &BaseRemote::swc,                  4,  2, kU, 1.0,   0,      3},
+    {"swd",               "1",     &BaseRemote::swd,                  6,  2, kU, 1.0,   0,      3},
+    {"right_horizontal",  "%",     &BaseRemote::right_horizontal,     8,  8, kS, 1.0, -100,   100},
+    {"right_vertical",    "%",     &BaseRemote::right_vertical,      16,  8, kS, 1.0, -100,   100},
+    {"left_vertical",     "%",     &BaseRemote::left_vertical,       24,  8, kS, 1.0, -100,   100},
+    {"left_horizontal",   "%",     &BaseRemote::left_horizontal,     32,  8, kS, 1.0, -100,   100},
+    {"variable_a",        "%",     &BaseRemote::variable_a,          40,  8, kS, 1.0, -100,   100},
+    {"count",             "1",     &BaseRemote::count,               56,  8, kU, 1.0,   0,    255},
+}}};
+
+inline constexpr FrameSpec<BaseMotorFast, 3> kMotorFast{
+  {"base_motor_fast", 0x250, 2, 8, 8, 20ms, kBig, kFrom}, {{
+    {"speed",             "rpm",   &BaseMotorFast::speed_rpm,         0, 16, kS, 1.0, -0x1p15, 0x1p15 - 1},
+    {"current",           "A",     &BaseMotorFast::current_A,        16, 16, kS, 0.1, -3276.8, 3276.7},
+    {"pulses",            "1",     &BaseMotorFast::pulses,           32, 32, kS, 1.0, -0x1p31, 0x1p31 - 1},
+}}};
+
+inline constexpr FrameSpec<BaseMotorSlow, 4> kMotorSlow{
+  {"base_motor_slow", 0x260, 2, 8, 8, 100ms, kBig, kFrom}, {{
+    {"driver_voltage",    "V",     &BaseMotorSlow::driver_V,          0, 16, kU, 0.1,   0,   6553.5},
+    {"driver_temp",       "degC",  &BaseMotorSlow::driver_degC,      16, 16, kS, 1.0, -0x1p15, 0x1p15 - 1},
+    {"motor_temp",        "degC",  &BaseMotorSlow::motor_degC,       32,  8, kS, 1.0, -128,   127},
+    {"driver_state",      "1",     &BaseMotorSlow::driver_state,     40,  8, kU, 1.0,   0,    255},
+}}};
+
+inline constexpr FrameSpec<BaseOdometer, 2> kOdometer{
+  {"base_odometer", 0x311, 0, 8, 8, 20ms, kBig, kFrom}, {{
+    {"left",              "m",     &BaseOdometer::left_m,             0, 32, kS, 1e-3, -2147483.648, 2147483.647},
+    {"right",             "m",     &BaseOdometer::right_m,           32, 32, kS, 1e-3, -2147483.648, 2147483.647},
+}}};
+
+inline constexpr FrameSpec<BaseBattery, 5> kBattery{
+  {"base_battery", 0x361, 0, 8, 8, 500ms, kBig, kFrom}, {{
+    {"charge",            "%",     &BaseBattery::charge_percent,      0,  8, kU, 1.0,   0,    100},
+    {"health",            "%",     &BaseBattery::health_percent,      8,  8, kU, 1.0,   0,    100},
+    {"voltage",           "V",     &BaseBattery::voltage_V,          16, 16, kU, 0.1,   0,   6553.5},
+    {"current",           "A",     &BaseBattery::current_A,          32, 16, kS, 0.1, -3276.8, 3276.7},
+    {"temperature",       "degC",  &BaseBattery::temperature_degC,   48, 16, kS, 0.1, -3276.8, 3276.7},
+}}};
+
+inline constexpr FrameSpec<BaseModeRequest, 1> kModeRequest{
+  {"base_mode_request", 0x421, 0, 8, 1, {}, kBig, kTo}, {{
+    {"mode",              "1",     &BaseModeRequest::mode,            0,  8, kU, 1.0,   0,      2},
+}}};
+
+inline constexpr FrameSpec<BaseErrorReset, 1> kErrorReset{
+  {"base_error_reset", 0x441, 0, 8, 1, {}, kBig, kTo}, {{
+    {"what",              "1",     &BaseErrorReset::what,             0,  8, kU, 1.0,   0,      2},
+}}};
+
+// clang-format on
+inline constexpr auto kLightCommand =
+    Light({"base_light_command", 0x121, 0, 8, 8, 25ms, kBig, kTo});
+inline constexpr auto kLightState = Light({"base_light_state", 0x231, 0, 8, 8, 20ms, kBig, kFrom});
+}  // namespace tracer_internal
+
+inline constexpr auto kBaseTwistCommand = tracer_internal::kTwistCommand;
+inline constexpr auto kBaseLightCommand = tracer_internal::kLightCommand;
+inline constexpr auto kBaseState = tracer_internal::kState;
+inline constexpr auto kBaseTwist = tracer_internal::kTwist;
+inline constexpr auto kBaseLightState = tracer_internal::kLightState;
+inline constexpr auto kBaseRemote = tracer_internal::kRemote;
+inline constexpr auto kBaseMotorFast = tracer_internal::kMotorFast;  ///< motors 1, 2: 0x251, 0x252
+inline constexpr auto kBaseMotorSlow = tracer_internal::kMotorSlow;  ///< motors 1, 2: 0x261, 0x262
+inline constexpr auto kBaseOdometer = tracer_internal::kOdometer;
+inline constexpr auto kBaseBattery = tracer_internal::kBattery;
+/// The manual gives 0x421 and 0x441 one byte, the vendor's SDK sends eight: both are taken.
+inline constexpr auto kBaseModeRequest = tracer_internal::kModeRequest;
+inline constexpr auto kBaseErrorReset = tracer_internal::kErrorReset;
+
+/// The whole bus of the base. Driver, emulated base, docs and tests iterate over this.
+inline constexpr std::tuple kTracerTable{kBaseTwistCommand, kBaseLightCommand, kBaseState,
+                                         kBaseTwist,        kBaseLightState,   kBaseRemote,
+                                         kBaseMotorFast,    kBaseMotorSlow,    kBaseOdometer,
+                                         kBaseBattery,      kBaseModeRequest,  kBaseErrorReset};
+static_assert(WellFormed(kTracerTable));
+
+}  // namespace pipewright::can
