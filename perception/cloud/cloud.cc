@@ -33,16 +33,19 @@ bool HasSupport(const DepthFrame& frame, int u, int v, const CloudConfig& config
   return support >= config.min_neighbours;
 }
 
-struct BallInSensor {
-  Eigen::Vector3f p_S;
+/// A box of the robot's body, grown by the margin, with the ball about it for a quick no.
+struct BoxInSensor {
+  Eigen::Isometry3f X_GS;
+  Eigen::Vector3f half_m;
   float r2_m2 = 0;
 };
 
-using Balls = FixedVector<BallInSensor, 64>;
+using Boxes = FixedVector<BoxInSensor, SelfBox::kMax>;
 
-bool IsSelf(const Eigen::Vector3f& p_SQ, const Balls& balls) {
-  for (const BallInSensor& ball : balls) {
-    if ((p_SQ - ball.p_S).squaredNorm() <= ball.r2_m2) {
+bool IsSelf(const Eigen::Vector3f& p_SQ, const Boxes& boxes) {
+  for (const BoxInSensor& box : boxes) {
+    const Eigen::Vector3f p_GQ = box.X_GS * p_SQ;
+    if (p_GQ.squaredNorm() <= box.r2_m2 && (p_GQ.array().abs() <= box.half_m.array()).all()) {
       return true;
     }
   }
@@ -51,7 +54,7 @@ bool IsSelf(const Eigen::Vector3f& p_SQ, const Balls& balls) {
 
 }  // namespace
 
-Status MakeCloud(const DepthFrame& frame, const Isometry3d& X_WS, std::span<const SelfBall> body,
+Status MakeCloud(const DepthFrame& frame, const Isometry3d& X_WS, std::span<const SelfBox> body,
                  const CloudConfig& config, Cloud& cloud, CloudCounts& counts) {
   const CameraIntrinsics& camera = frame.camera;
   cloud.stamp = frame.stamp;
@@ -65,17 +68,16 @@ Status MakeCloud(const DepthFrame& frame, const Isometry3d& X_WS, std::span<cons
   if (width * height > Cloud::kMaxPoints) {
     return Status::kFull;
   }
-  cloud.width = width;
-  cloud.height = height;
-
-  Balls balls;
-  const Isometry3d X_SW = X_WS.inverse();
-  for (const SelfBall& ball : body) {
-    const double r = ball.r_m + config.self_margin_m;
-    if (!balls.push_back({(X_SW * ball.p_W).cast<float>(), static_cast<float>(r * r)})) {
+  Boxes boxes;
+  for (const SelfBox& part : body) {
+    const Vector3d half_m = part.half_m.array() + config.self_margin_m;
+    if (!boxes.push_back({(part.X_WG.inverse() * X_WS).cast<float>(), half_m.cast<float>(),
+                          static_cast<float>(half_m.squaredNorm())})) {
       return Status::kFull;
     }
   }
+  cloud.width = width;
+  cloud.height = height;
 
   for (int row = 0; row < height; ++row) {
     for (int column = 0; column < width; ++column) {
@@ -96,7 +98,7 @@ Status MakeCloud(const DepthFrame& frame, const Isometry3d& X_WS, std::span<cons
         const Eigen::Vector3f p_SQ =
             Vector3d{(u - camera.cx) / camera.fx * z_m, (v - camera.cy) / camera.fy * z_m, z_m}
                 .cast<float>();
-        if (IsSelf(p_SQ, balls)) {
+        if (IsSelf(p_SQ, boxes)) {
           ++counts.self;
           continue;
         }

@@ -26,10 +26,12 @@ struct Cloud {
   int size() const { return width * height; }
 };
 
-/// A ball in W that belongs to the robot itself.
-struct SelfBall {
-  Vector3d p_W = Vector3d::Zero();
-  double r_m = 0;
+/// A box that holds a part of the robot itself: axes of G, centred at G.
+struct SelfBox {
+  static constexpr int kMax = 32;
+
+  Isometry3d X_WG = Isometry3d::Identity();
+  Vector3d half_m = Vector3d::Zero();
 };
 
 struct CloudConfig {
@@ -57,11 +59,11 @@ struct CloudCounts {
 /// wrong, not just noisy), speckles, and what the camera sees of the robot itself.
 ///
 /// @param X_WS  camera pose at the middle of the exposure
-/// @param body  the robot's balls at that time
+/// @param body  the robot's boxes at that time, at most SelfBox::kMax
 /// @returns kMalformed when the frame's size or intrinsics make no sense, kFull when the decimated
-///          image exceeds Cloud::kMaxPoints; the cloud is then empty.
-/// Cost: O(pixels kept * balls near the camera).
-Status MakeCloud(const DepthFrame& frame, const Isometry3d& X_WS, std::span<const SelfBall> body,
+///          image exceeds Cloud::kMaxPoints or the body kMax boxes; the cloud is then empty.
+/// Cost: O(pixels kept * boxes near the point).
+Status MakeCloud(const DepthFrame& frame, const Isometry3d& X_WS, std::span<const SelfBox> body,
                  const CloudConfig& config, Cloud& cloud, CloudCounts& counts);
 
 }  // namespace pipewright

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <memory>
 
 namespace pipewright {
@@ -31,7 +32,7 @@ struct Made {
   CloudCounts counts;
 };
 
-Made Make(const DepthFrame& frame, std::span<const SelfBall> body = {},
+Made Make(const DepthFrame& frame, std::span<const SelfBox> body = {},
           const CloudConfig& config = {}, const Isometry3d& X_WS = Isometry3d::Identity()) {
   Made made;
   made.status = MakeCloud(frame, X_WS, body, config, *made.cloud, made.counts);
@@ -81,12 +82,17 @@ TEST(MakeCloud, DropsWhatTheCameraSeesOfTheRobotWhereverTheCameraIs) {
   Isometry3d X_WS = Isometry3d::Identity();
   X_WS.rotate(Eigen::AngleAxisd(1.2, Vector3d{1, 2, 3}.normalized()));
   X_WS.pretranslate(Vector3d{0.3, -2, 1});
-  const SelfBall ball{X_WS * Vector3d{0, 0, 1}, 0.2};
-  const Made made = Make(*frame, {&ball, 1}, {}, X_WS);
+  Isometry3d X_SG = Isometry3d::Identity();
+  X_SG.translate(Vector3d{0.1, 0, 1});
+  X_SG.rotate(Eigen::AngleAxisd(0.5, Vector3d::UnitZ()));
+  const SelfBox box{X_WS * X_SG, Vector3d{0.3, 0.1, 0.05}};
+  const Made made = Make(*frame, {&box, 1}, {}, X_WS);
   int inside = 0;
   for (int i = 0; i < 200; ++i) {
-    const Vector3d p{(i % 20 - 9.5) / 10, (i / 20 - 4.5) / 12, 1};
-    inside += (p - Vector3d{0, 0, 1}).norm() <= 0.2 + CloudConfig{}.self_margin_m;
+    const Vector3d p_S{(i % 20 - 9.5) / 10, (i / 20 - 4.5) / 12, 1};
+    const Vector3d p_G = X_SG.inverse() * p_S;
+    const double margin_m = CloudConfig{}.self_margin_m;
+    inside += std::abs(p_G.x()) <= 0.3 + margin_m && std::abs(p_G.y()) <= 0.1 + margin_m;
   }
   EXPECT_GT(inside, 0);
   EXPECT_EQ(made.counts.self, inside);
