@@ -14,6 +14,8 @@ namespace pipewright::can {
 
 /// The drives must fault when the host's heartbeat stays away this long.
 inline constexpr int kHostHeartbeatTimeout_ms = 300;
+/// The same for RPDO1, the joint's command.
+inline constexpr int kCommandTimeout_ms = 100;
 inline constexpr int kHeartbeatPeriod_ms = 100;
 inline constexpr int kArmCycle_ms = 10;
 
@@ -56,6 +58,7 @@ inline constexpr StartupStep kArmStartup[] = {
     {StepKind::kWrite, {0x1600, 1}, 4, MappingEntry(object::kControlword, 16),                false},
     {StepKind::kWrite, {0x1600, 2}, 4, MappingEntry(object::kTargetVelocity, 32),             false},
     {StepKind::kWrite, {0x1600, 0}, 1, 2,                                                     false},
+    {StepKind::kWrite, {0x1400, 5}, 2, kCommandTimeout_ms, false},
     {StepKind::kWrite, {0x1400, 1}, 4, kJointCommand.head.id,                                 true},
     // TPDO1: position and velocity, sampled at SYNC
     {StepKind::kWrite, {0x1800, 1}, 4, kPdoOff | kJointFeedback.head.id,                      true},

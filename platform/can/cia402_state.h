@@ -47,12 +47,6 @@ constexpr DriveState StateOf(std::uint32_t statusword) {
   }
 }
 
-/// The statusword's state bits for `state`; the others are 0. kUnknown gives 0x6F's complement, 0.
-constexpr std::uint32_t StatusBits(DriveState state) {
-  constexpr std::uint32_t kBits[] = {0x00, 0x40, 0x21, 0x23, 0x27, 0x07, 0x0F, 0x08, 0x00};
-  return kBits[static_cast<int>(state)];
-}
-
 constexpr const char* Name(DriveState state) {
   constexpr const char* kNames[] = {
       "not ready",         "switch on disabled", "ready to switch on", "switched on",
@@ -83,55 +77,27 @@ inline constexpr std::uint32_t kFaultReset = 0x80;  ///< acts on its rising edge
 
 inline constexpr std::uint32_t kModeCyclicVelocity = 9;
 
-/// The state that a drive goes to from `from` when it is handed `word`. Automatic transitions
-/// (not ready -> disabled, fault reaction -> fault) are the drive's own affair. From operation
-/// enabled, shutdown and switch on brake by option code; from quick stop active the drive may be
-/// enabled again (605Ah = 5 or 6) or disabled.
-///
-/// @param reset_edge  bit 7 was low in the controlword before
-constexpr DriveState NextState(DriveState from, std::uint32_t word, bool reset_edge) {
-  if (from == DriveState::kFault) {
-    return (word & 0x80) != 0 && reset_edge ? DriveState::kSwitchOnDisabled : from;
-  }
-  const bool shutdown = (word & 0x87) == 0x06;
-  const bool switch_on = (word & 0x8F) == 0x07;
-  const bool enable = (word & 0x8F) == 0x0F;
-  const bool no_voltage = (word & 0x82) == 0x00;
-  const bool quick_stop = (word & 0x86) == 0x02;
-  switch (from) {
+/// The controlword that takes a drive one state nearer to operation enabled. A fault reset needs a
+/// rising edge: pass the controlword sent before.
+constexpr std::uint32_t EnableWord(DriveState state, std::uint32_t sent_before) {
+  switch (state) {
     case DriveState::kSwitchOnDisabled:
-      return shutdown ? DriveState::kReadyToSwitchOn : from;
+      return controlword::kShutdown;
     case DriveState::kReadyToSwitchOn:
-      if (no_voltage || quick_stop) {
-        return DriveState::kSwitchOnDisabled;
-      }
-      return enable ? DriveState::kOperationEnabled : switch_on ? DriveState::kSwitchedOn : from;
+      return controlword::kSwitchOn;
     case DriveState::kSwitchedOn:
-      if (no_voltage || quick_stop) {
-        return DriveState::kSwitchOnDisabled;
-      }
-      return shutdown ? DriveState::kReadyToSwitchOn
-             : enable ? DriveState::kOperationEnabled
-                      : from;
     case DriveState::kOperationEnabled:
-      if (no_voltage) {
-        return DriveState::kSwitchOnDisabled;
-      }
-      return quick_stop  ? DriveState::kQuickStopActive
-             : shutdown  ? DriveState::kReadyToSwitchOn
-             : switch_on ? DriveState::kSwitchedOn
-                         : from;
-    case DriveState::kQuickStopActive:
-      return no_voltage ? DriveState::kSwitchOnDisabled
-             : enable   ? DriveState::kOperationEnabled
-                        : from;
-    case DriveState::kNotReady:
-    case DriveState::kFaultReaction:
+      return controlword::kEnableOperation;
     case DriveState::kFault:
+      return (sent_before & controlword::kFaultReset) != 0 ? controlword::kDisableVoltage
+                                                           : controlword::kFaultReset;
+    case DriveState::kNotReady:
+    case DriveState::kQuickStopActive:
+    case DriveState::kFaultReaction:
     case DriveState::kUnknown:
       break;
   }
-  return from;
+  return controlword::kDisableVoltage;
 }
 
 }  // namespace pipewright::can

@@ -1,0 +1,133 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <array>
+
+#include "platform/can/arm_startup.h"
+#include "platform/core/time.h"
+#include "platform/drivers/device_fault.h"
+#include "platform/robot/robot.h"
+
+namespace pipewright {
+
+struct ArmDriverConfig {
+  Duration start_timeout = std::chrono::seconds(5);       ///< for all seven to answer
+  Duration sdo_timeout = std::chrono::milliseconds(200);  ///< of one request
+  int sdo_tries = 3;
+  Duration enable_timeout = std::chrono::seconds(3);
+  Duration feedback_timeout = std::chrono::milliseconds(50);  ///< of TPDO1
+  Duration heartbeat_timeout = std::chrono::milliseconds(300);
+  Duration rest_timeout = std::chrono::milliseconds(500);  ///< stopping: to come to rest
+  Duration disable_timeout = std::chrono::seconds(1);      ///< stopping: to be disabled
+  double standstill_radps = 1e-3;
+
+  constexpr bool Valid() const {
+    return start_timeout > Duration::zero() && sdo_timeout > Duration::zero() && sdo_tries > 0 &&
+           enable_timeout > Duration::zero() &&
+           feedback_timeout >= std::chrono::milliseconds(2 * can::kArmCycle_ms) &&
+           heartbeat_timeout >= std::chrono::milliseconds(2 * can::kHeartbeatPeriod_ms) &&
+           rest_timeout > Duration::zero() && disable_timeout > Duration::zero() &&
+           standstill_radps > 0;
+  }
+};
+static_assert(ArmDriverConfig{}.Valid());
+
+/// The host's side of the arm: seven CiA 402 drives. Pure: fed frames and time, heap-free.
+///
+///   kWaiting      all to pre-operational, then each probed (object 1000h) until it answers
+///   kConfiguring  can::kArmStartup, one request at a time a drive
+///   kEnabling     NMT start, then 06, 07, 0F by RPDO1 at each SYNC until all are enabled
+///   kReady        each Step: seven RPDO1, then SYNC, at which they act and TPDO1 is sampled
+///   kStopping     zero velocity, at rest quick stop, then voltage off
+///   kFault        latched: quick stop to all at each SYNC
+///
+///   Frame frame;
+///   while (port.Receive(frame)) driver.OnFrame(frame);   // feedback of the SYNC one cycle ago
+///   if (driver.ready()) driver.Command(qdot);            // every cycle, or zero is sent
+///   driver.Step(now, out);
+///   for (const can::Frame& f : out) port.Send(f);        // in this order
+class ArmDriver {
+ public:
+  explicit ArmDriver(const ArmDriverConfig& config = {});
+
+  /// Any frame of the bus; its stamp counts. What is not the arm's is counted and ignored.
+  void OnFrame(const can::Frame& frame);
+
+  /// Joint velocities [rad/s] until the next Step. kOutOfRange: one is outside the limits of RPDO1
+  /// or not finite; kUnavailable: not ready. Then zero is sent.
+  Status Command(const ArmVector& velocity_radps);
+
+  /// One control cycle: moves to `now` and appends what is due, at most 10 frames.
+  void Step(Time now, TxBatch& out);
+
+  void Stop();   ///< brings the arm to rest and disables it
+  void Reset();  ///< an operator's word: forget the fault, start again
+
+  DriverPhase phase() const { return phase_; }
+  bool ready() const { return phase_ == DriverPhase::kReady; }
+  const DeviceFault& fault() const { return fault_; }
+
+  const ArmVector& position_rad() const { return position_rad_; }
+  const ArmVector& velocity_radps() const { return velocity_radps_; }
+  /// Time of the oldest of the seven readings; Time{} before all have come.
+  Time feedback_stamp() const;
+  bool has_feedback() const;
+  can::DriveState drive_state(int joint) const { return nodes_[joint].drive; }  ///< 0 to 6
+  std::uint32_t last_emergency(int joint) const { return nodes_[joint].emergency; }
+  const can::RxCounters& rx_counters() const { return rx_; }
+  int tx_dropped() const { return tx_dropped_; }  ///< frames for which `out` had no room
+
+ private:
+  struct Node {
+    bool answered = false;
+    int step = 0;  ///< in can::kArmStartup
+    bool asked = false;
+    Time asked_at{};
+    int tries = 0;
+    bool operational = false;
+    bool rebooted = false;
+    bool has_feedback = false;
+    Time heartbeat_at{};
+    Time feedback_at{};
+    can::DriveState drive = can::DriveState::kUnknown;
+    std::uint32_t statusword = 0;
+    std::uint32_t mode = 0;
+    std::uint32_t emergency = 0;
+    std::uint32_t sent_word = 0;
+  };
+  struct Receiver;
+
+  void OnSdo(Node& node, int id, const can::Sdo& sdo);
+  void StepWaiting(Time now, TxBatch& out);
+  void StepConfiguring(Time now, TxBatch& out);
+  void StepEnabling(Time now, TxBatch& out);
+  void StepReady(Time now, TxBatch& out);
+  void StepStopping(Time now, TxBatch& out);
+  void SendCommands(const std::uint32_t (&words)[can::kArmNodes], const ArmVector& velocity,
+                    TxBatch& out);
+  void SendToAll(std::uint32_t word, const ArmVector& velocity, TxBatch& out);
+  void SendHeartbeat(Time now, TxBatch& out);
+  void Send(const Result<can::Frame>& frame, TxBatch& out);
+  void Check(Time now);
+  void Fail(Status status, Problem problem, int node, std::uint32_t detail);
+  void Enter(DriverPhase phase, Time now);
+
+  ArmDriverConfig config_;
+  DriverPhase phase_ = DriverPhase::kWaiting;
+  DeviceFault fault_;
+  Time phase_start_{};
+  bool started_ = false;
+  bool pdos_active_ = false;  ///< the drives have been started: they listen to RPDO1 and SYNC
+  bool disabling_ = false;
+  std::array<Node, can::kArmNodes> nodes_;
+  ArmVector position_rad_ = ArmVector::Zero();
+  ArmVector velocity_radps_ = ArmVector::Zero();
+  ArmVector command_radps_ = ArmVector::Zero();
+  bool commanded_ = false;
+  Time next_heartbeat_{};
+  Time next_request_{};
+  can::RxCounters rx_;
+  int tx_dropped_ = 0;
+};
+
+}  // namespace pipewright
