@@ -93,12 +93,6 @@ void Plant::Step(Duration dt, double v_mps, double omega_radps,
   chain_->stale = true;
 }
 
-void Plant::Place(const BasePose& base, const Vec<kPlantJoints>& joints_rad) {
-  base_ = base;
-  joints_rad_ = joints_rad.cwiseMax(lower_rad_).cwiseMin(upper_rad_);
-  chain_->stale = true;
-}
-
 int Plant::link_count() const { return static_cast<int>(chain_->names.size()); }
 
 int Plant::LinkIndex(std::string_view link) const {

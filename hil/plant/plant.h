@@ -43,10 +43,6 @@ class Plant {
   /// Non-finite inputs count as zero.
   void Step(Duration dt, double v_mps, double omega_radps, const Vec<kPlantJoints>& qdot_radps);
 
-  /// Puts the robot somewhere else at once, for questions about other configurations. Joints
-  /// outside their limits are put on them; hard stops are not counted.
-  void Place(const BasePose& base, const Vec<kPlantJoints>& joints_rad);
-
   int link_count() const;
   /// -1: no such link. Indices are those of RobotDescription::links.
   int LinkIndex(std::string_view link) const;
