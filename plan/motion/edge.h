@@ -38,6 +38,9 @@ class Edge {
 
   double turn_rad() const { return std::abs(turn1_rad_) + std::abs(turn2_rad_); }
   double drive_m() const { return std::abs(drive_m_); }
+  /// RateAt is constant on [0, s_turned], [s_turned, s_driven] and [s_driven, 1].
+  double s_turned() const { return s_turned_; }
+  double s_driven() const { return s_driven_; }
   double joints_rad() const { return joints_.cwiseAbs().maxCoeff(); }
 
   /// Checks needed so that between two of them the base moves at most drive_step_m or turns at most
