@@ -37,7 +37,8 @@ struct ConstraintConfig {
   double plane_behind_m = 0.15;     ///< a point this far behind a plane is past the plane's end
   double near_vertical_nz = 0.3;    ///< |n_z| below which a plane stops the base
   double pipe_inflation_m = 0.15;
-  double consider_m = 0.5;     ///< pairs with more than this to spare make no row
+  double consider_m = 0.5;        ///< pairs with more than this to spare make no row
+  double consider_self_m = 0.15;  ///< likewise pairs of the robot's own parts
   double ahead_s = 0.25;       ///< a second obstacle voxel is looked for where the point is heading
   double recovery_mps = 0.05;  ///< how fast at most a too near place is left
 
@@ -59,7 +60,7 @@ constexpr bool Valid(const ConstraintConfig& c) {
                          c.d_safe_pipe_m >= 0 && c.margin_m >= 0 && c.voxel_margin_m >= 0 &&
                          c.self_margin_m >= 0 && c.plane_inflation_m >= 0 &&
                          c.plane_behind_m >= 0 && c.pipe_inflation_m >= 0 && c.consider_m > 0 &&
-                         c.ahead_s >= 0 && c.recovery_mps >= 0;
+                         c.consider_self_m > 0 && c.ahead_s >= 0 && c.recovery_mps >= 0;
   bool prices = c.Price(RowKind::kRecovery) > 0;  // hard, it would leave no answer
   for (const double price : c.price) {
     prices = prices && price >= 0;

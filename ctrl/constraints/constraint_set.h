@@ -7,8 +7,18 @@
 #include "perception/scene.h"
 #include "platform/robot/kinematics.h"
 #include "platform/robot/model.h"
+#include "platform/robot/shapes.h"
 
 namespace pipewright {
+
+/// Least estimated distances of the robot's surface, over all pairs that are looked at.
+struct Clearances {
+  static constexpr double kNone = std::numeric_limits<double>::infinity();
+  double plane_m = kNone;
+  double pipe_m = kNone;
+  double self_m = kNone;
+  double obstacle_m = kNone;  ///< to obstacle voxels and columns
+};
 
 /// Everything that bounds u in one cycle.
 ///
@@ -25,17 +35,15 @@ struct ConstraintSet {
   int dropped = 0;  ///< rows that did not fit; the nearest are kept
   int clamped = 0;  ///< hard rows at d < d_safe (or, by chance, at less than α standing still)
   int inside = 0;   ///< robot points whose centre is in an obstacle voxel
-  double min_plane_m = 0;  ///< least distance of a sphere's surface to a plane, +inf: none
-  double min_pipe_m = 0;
-  double min_self_m = 0;
-  double min_obstacle_m = 0;
+  Clearances clearance;
 };
 
 /// Builds the rows for configuration q. Fixed memory, no failure; some 30 µs for 120 rows.
 class ConstraintBuilder {
  public:
   /// Valid(config) is required.
-  ConstraintBuilder(const ConstraintConfig& config, const RobotModel<kArmJoints>& model);
+  ConstraintBuilder(const ConstraintConfig& config, const RobotModel<kArmJoints>& model,
+                    const RobotShapes& shapes);
 
   /// `u_sent`: the last cycle's control, from which accelerations are limited.
   void Build(const Configuration& q, const Kinematics<kArmJoints>& kinematics,
@@ -45,6 +53,7 @@ class ConstraintBuilder {
  private:
   ConstraintConfig config_;
   const RobotModel<kArmJoints>& model_;
+  const RobotShapes& shapes_;
   double z_ = 0;
 };
 

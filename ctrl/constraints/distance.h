@@ -45,4 +45,17 @@ struct SegmentPair {
 SegmentPair SegmentToSegment(const Vector3d& a0, const Vector3d& a1, const Vector3d& b0,
                              const Vector3d& b1);
 
+/// Nearest points of a segment and a box.
+struct BoxPair {
+  Vector3d p_WSegment = Vector3d::Zero();
+  Vector3d p_WBox = Vector3d::Zero();  ///< equal to p_WSegment when they meet
+};
+
+/// @param X_WG    pose of the box's centre
+/// @param half_m  its half edges
+/// The squared distance is convex along the segment and its slope piecewise linear, with corners
+/// where the line crosses a face: the zero lies between two of them.
+BoxPair SegmentToBox(const Vector3d& a, const Vector3d& b, const Isometry3d& X_WG,
+                     const Vector3d& half_m);
+
 }  // namespace pipewright

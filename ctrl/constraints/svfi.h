@@ -36,8 +36,7 @@ VelocityCone PlaneCone(const PlaneEstimate& plane, const Vector3d& p_WT, double 
 ///   ∂(e'v)/∂p   = −(m'v) m / ρ
 ///   ∂(e'v)/∂l   = −(l'w)(m'v) m / ρ − (l'v) e        (l moves across itself only)
 /// At an end, s fixed: ∂d/∂θ = [−e; −s e; −1], ∂(e'v)/∂p = −(I − ee')v/ρ, ∂(e'v)/∂l = s times that.
-VelocityCone PipeCone(const PipeEstimate& pipe, const AxisDistance& distance, const Vector3d& p_WT,
-                      double eta_1ps);
+VelocityCone PipeCone(const PipeEstimate& pipe, const AxisDistance& distance, double eta_1ps);
 
 /// One stochastic VFI on u: the VFI holds with probability at least α,
 ///

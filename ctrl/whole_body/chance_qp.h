@@ -2,7 +2,7 @@
 #pragma once
 
 #include "ctrl/constraints/constraint_set.h"
-#include "ctrl/qp/qp.h"
+#include "ctrl/qp/dual_active_set.h"
 
 namespace pipewright {
 
@@ -13,38 +13,49 @@ struct QuadraticCost {
 };
 
 struct ChanceQpStats {
-  bool optimal = false;  ///< every QP of the cycle was solved to its end
-  bool infeasible = false;
-  int rounds = 0;      ///< QPs solved
-  int iterations = 0;  ///< of all rounds
-  int cap_hits = 0;
-  int fallbacks = 0;  ///< rows that went to worst_case because the rounds ran out
-  double scaled = 1;  ///< part of the answer that was sent: 1 unless it had to be shortened
-  int checked = 0;    ///< hard chance rows looked at, for the u that is sent
-  int held = 0;       ///< of them, a'u + z σ_f(u) ≤ b + 1e-6
+  QpStatus status = QpStatus::kOptimal;  ///< the worst of the cycle's QPs
+  int rounds = 0;                        ///< QPs solved
+  int iterations = 0;                    ///< of all of them
+  int fallbacks = 0;  ///< rows that went to their worst case because the rounds ran out
+  double scale = 1;   ///< part of the QP's answer that is sent: 1 unless it had to be shortened
+  int checked = 0;    ///< hard chance rows, for the u that is sent
+  int held = 0;       ///< of them, those with a'u + z σ_f(u) ≤ b + 1e-6
+  int soft_checked = 0;
+  int soft_held = 0;
 };
 
 /// A QP with stochastic rows.
 ///
-/// kExact: the cones are replaced by their tangents at the last u and the QP is solved again
-/// until every cone holds to 1e-6 (tangents lie below a convex σ_f, so a fixed point is the
-/// optimum of the cone program). When the rounds run out, the rows still violated go to their
-/// worst case. Last, since u = 0 keeps every hard row and the set is convex, u is shortened until
-/// each hard cone holds.
+/// kExact: the cones are replaced by their tangents at the last u, and the QP is solved again
+/// until every cone is met to 1e-6. A tangent lies below the convex σ_f, so each QP is a
+/// relaxation, and one whose answer meets the cones is the optimum. When the rounds run out, the
+/// rows still violated go to their worst case. Last, since u = 0 keeps every hard row and the set
+/// is convex, u is shortened until each hard cone holds.
 class ChanceQp {
  public:
+  static constexpr double kConeTolerance_mps = 1e-6;
+
   explicit ChanceQp(int max_rounds) : max_rounds_(max_rounds) {}
 
   struct Answer {
     Controls u = Controls::Zero();  ///< keeps all hard rows; 0 when nothing else does
     ChanceQpStats stats;
   };
-  /// `u0`: where the first tangents are taken, and σ_f frozen in kPreviousVelocity.
+  /// `u0`: where the first tangents are taken, and where kPreviousVelocity freezes σ_f.
   Answer Solve(const QuadraticCost& cost, const ConstraintSet& set, SvfiMode mode,
                const Controls& u0);
 
  private:
+  void Pose(const QuadraticCost& cost, const ConstraintSet& set, SvfiMode mode, const Controls& u0);
+  void SolveOnce(Answer& answer);
+  int Recut(const ConstraintSet& set, const Controls& u);
+  int FallBack(const ConstraintSet& set, const Controls& u);
+  void SetRow(int i, const Row& row);
+
   int max_rounds_;
+  int first_chance_ = 0;  ///< row of the first chance row
+  QpProblem<kControls, kMaxRows> qp_;
+  QpSolver<kControls, kMaxRows> solver_;
 };
 
 }  // namespace pipewright

@@ -3,6 +3,7 @@
 
 #include "ctrl/whole_body/config.h"
 #include "plan/goal.h"
+#include "plan/motion/edge.h"
 #include "platform/robot/model.h"
 
 namespace pipewright {
@@ -10,15 +11,18 @@ namespace pipewright {
 /// A configuration that moves along Goal::path within the operating limits, and waits for the
 /// robot.
 ///
-/// Each edge is up to three pieces (turn, drive, turn), each with constant direction in u. A piece
-/// is run from rest to rest by a trapezoid of speed; the reference slows down in proportion as the
-/// robot lags behind and stops when it lags by lag_stop.
+/// Each edge is up to three pieces (turn, drive, turn), on each of which du/ds is constant. A piece
+/// is run from rest to rest, its speed a trapezoid; the reference slows down in proportion as the
+/// robot lags behind, and stops when it lags by lag_stop.
 class PathFollower {
  public:
+  using Path = FixedVector<Configuration, Goal::kMaxWaypoints>;
+
   PathFollower(const FollowerConfig& config, const RobotModel<kArmJoints>& model, double period_s);
 
-  /// Starts at the robot's own configuration q: the first edge leads from q to path[0].
-  void Start(const Configuration& q, const FixedVector<Configuration, Goal::kMaxWaypoints>& path);
+  /// Starts on path[0] when the base of the robot at q is about there, else on the way to it.
+  /// The path is copied and not empty.
+  void Start(const Configuration& q, const Path& path);
 
   struct Reference {
     Configuration q = Configuration::Zero();
@@ -28,23 +32,28 @@ class PathFollower {
   /// Moves the reference on by one period, as far as the lag of the robot at q allows.
   Reference Step(const Configuration& q);
 
-  bool at_end() const;
-  double way() const;  ///< pieces done, and the part of the present one
+  bool at_end() const { return next_ == path_.size() && s_ >= 1; }
+  /// Waypoints passed, and the part of the present edge: grows as the reference moves.
+  double way() const { return next_ + s_; }
 
  private:
-  bool NextPiece();
+  void NextPiece();
+  double LagFactor(const Configuration& q) const;
+  Controls Feedback(const Configuration& q, const Controls& u_ref) const;
 
   FollowerConfig config_;
   double period_s_;
+  EdgeSpeeds edge_speeds_;
   Controls speed_;
   Controls acceleration_;
-  FixedVector<Configuration, Goal::kMaxWaypoints + 1> waypoints_;
-  int edge_ = 0;
-  int pieces_done_ = 0;
-  double s_ = 0;       ///< part of the piece that is done
-  double s_rate_ = 0;  ///< 1/s
-  Configuration from_ = Configuration::Zero();
-  Controls move_ = Controls::Zero();  ///< the piece: the integral of u over it
+  Path path_;
+  int next_ = 0;  ///< waypoint after the one that the present edge leads to
+  Edge edge_;
+  double s_ = 1;      ///< part of the edge that is done
+  double s_end_ = 1;  ///< end of the piece
+  double s_rate_1ps_ = 0;
+  Controls du_ds_ = Controls::Zero();
+  Configuration q_ref_ = Configuration::Zero();
 };
 
 }  // namespace pipewright

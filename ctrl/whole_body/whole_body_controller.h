@@ -21,13 +21,10 @@ struct ControlStats {
   int rows = 0;  ///< of the QP, cuts included
   int chance_rows = 0;
   int dropped_rows = 0;
-  int clamped_rows = 0;
-  int points_inside = 0;
+  int clamped_rows = 0;   ///< of pairs that are too near already
+  int points_inside = 0;  ///< robot points in obstacle voxels
   ChanceQpStats qp;
-  double min_plane_m = 0;  ///< estimated clearances, +inf: none
-  double min_pipe_m = 0;
-  double min_self_m = 0;
-  double min_obstacle_m = 0;
+  Clearances clearance;  ///< as estimated
 };
 
 struct ControlOutput {
@@ -42,20 +39,35 @@ struct ControlOutput {
 ///   x = [p_WS; z_WS],  x~ = x − x_d,  J 6×9
 ///
 /// Without a path x_d is the goal's and x_r' = u_n = 0: the published law. With one, x_d and its
-/// velocity x_r' are those of a reference that PathFollower moves, and u_n holds the posture.
+/// velocity x_r' are those of a reference that PathFollower moves, and u_n holds its posture; at
+/// the path's end the published law takes over.
 /// No goal, or a state that is not valid: u = 0.
 class WholeBodyController {
  public:
-  /// kOutOfRange when the configuration is not valid; the controller then only ever says u = 0.
-  WholeBodyController(const WholeBodyConfig& config, const RobotModel<kArmJoints>& model);
+  /// The model and its shapes must outlive this.
+  WholeBodyController(const WholeBodyConfig& config, const RobotModel<kArmJoints>& model,
+                      const RobotShapes& shapes);
+
+  /// kOutOfRange when the configuration is not Valid (alpha < 0.5 among others: that constraint is
+  /// not convex); then Step only ever says u = 0.
   Status status() const { return status_; }
 
+  /// Call once a period. The answer's u keeps the box and every hard row of constraints().
   ControlOutput Step(const ControlInput& input, Time now);
 
+  /// The rows of the last step, for inspection.
+  const ConstraintSet& constraints() const { return constraints_; }
+
  private:
-  struct Task;
-  void TakeGoal(const Goal& goal, const Configuration& q, Time now);
-  GoalProgress Progress(double error, Time now);
+  struct Reference {
+    Vec<6> x_d = Vec<6>::Zero();
+    Vec<6> v_d = Vec<6>::Zero();  ///< x_d'
+    Controls u_n = Controls::Zero();
+  };
+
+  void Take(const Goal& goal, const Configuration& q, Time now);
+  Reference MakeReference(const Goal& goal, const Configuration& q, double error, Time now);
+  GoalState Watch(double error, Time now);
 
   WholeBodyConfig config_;
   const RobotModel<kArmJoints>& model_;
@@ -65,11 +77,17 @@ class WholeBodyController {
   ChanceQp qp_;
   PathFollower follower_;
   Controls u_sent_ = Controls::Zero();
+
   std::uint32_t goal_id_ = 0;
-  bool settling_ = false;
-  double watched_error_ = 0;
-  double watched_way_ = 0;
-  Time changed_{};
+  bool following_ = false;  ///< the goal has a path that is not done
+  bool arrived_ = false;    ///< the reference is at the path's end
+  Time arrived_at_{};
+  double held_error_ = 0;  ///< ‖x − x_d‖ and way when they last changed
+  double held_way_ = 0;
+  Time changed_at_{};
+  double best_error_ = 0;  ///< and when they were last better than ever
+  double best_way_ = 0;
+  Time better_at_{};
 };
 
 }  // namespace pipewright

@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: MIT
+#include "ctrl/constraints/constraint_set.h"
+
+#include <algorithm>
+#include <cassert>
+
+#include "ctrl/constraints/row_maker.h"
+#include "ctrl/constraints/self_rows.h"
+#include "ctrl/constraints/world_rows.h"
+
+namespace pipewright {
+namespace {
+
+/// Speeds, accelerations (braking is not limited: u = 0 stays allowed) and joint positions.
+void BoundControls(const ConstraintConfig& config, const RobotModel<kArmJoints>& model,
+                   const Configuration& q, const Controls& u_sent, ConstraintSet& out) {
+  const bool soft = config.Price(RowKind::kJointVelocity) > 0;
+  const auto bound = [&](int i, double speed, double acceleration) {
+    const double step = acceleration * config.period_s;
+    out.lb(i) = std::clamp(u_sent(i) - step, -speed, 0.0);
+    out.ub(i) = std::clamp(u_sent(i) + step, 0.0, speed);
+  };
+  bound(0, model.base.speed_mps, model.base.acceleration_mps2);
+  bound(1, model.base.turn_radps, model.base.turn_acceleration_radps2);
+  for (int j = 0; j < kArmJoints; ++j) {
+    const ArmJoint& joint = model.arm.joints[j];
+    const int i = 2 + j;
+    bound(i, soft ? joint.speed_max_radps : joint.speed_radps, joint.acceleration_max_radps2);
+    const double to_min = config.eta_joint_1ps * (joint.q_min_rad - q(3 + j));
+    const double to_max = config.eta_joint_1ps * (joint.q_max_rad - q(3 + j));
+    out.lb(i) = std::max(out.lb(i), std::min(to_min, 0.0));
+    out.ub(i) = std::min(out.ub(i), std::max(to_max, 0.0));
+  }
+}
+
+}  // namespace
+
+ConstraintBuilder::ConstraintBuilder(const ConstraintConfig& config,
+                                     const RobotModel<kArmJoints>& model, const RobotShapes& shapes)
+    : config_(config), model_(model), shapes_(shapes) {
+  const Result<double> z = ChanceQuantile(config.alpha);
+  z_ = z.ok() ? *z : 0;
+}
+
+void ConstraintBuilder::Build(const Configuration& q, const Kinematics<kArmJoints>& kinematics,
+                              const Controls& u_sent, const Scene& scene,
+                              const DistanceField& field, ConstraintSet& out) const {
+  out.rows.clear();
+  out.chance.clear();
+  out.z = z_;
+  out.dropped = out.clamped = out.inside = 0;
+  out.clearance = {};
+  BoundControls(config_, model_, q, u_sent, out);
+  if (field.empty()) {  // nothing was ever seen
+    out.lb.setZero();
+    out.ub.setZero();
+    return;
+  }
+  RowMaker maker(config_, z_, out);
+  for (int j = 0; j < kArmJoints; ++j) {
+    const double speed = model_.arm.joints[j].speed_radps;
+    if (out.lb(2 + j) < -speed || out.ub(2 + j) > speed) {
+      maker.JointSpeed(2 + j, speed);
+    }
+  }
+  const RowContext context{config_, kinematics, shapes_, u_sent,
+                           out.lb.cwiseAbs().cwiseMax(out.ub)};
+  AddWorldRows(context, scene, field, maker, out.clearance);
+  AddSelfRows(context, maker, out.clearance);
+  maker.Finish();
+}
+
+}  // namespace pipewright

@@ -1,0 +1,116 @@
+// SPDX-License-Identifier: MIT
+#include "ctrl/constraints/svfi.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "platform/core/normal.h"
+
+namespace pipewright {
+namespace {
+
+/// Q, q and c of VelocityCone for ∇f = K v + h. (Loops: Eigen's 3×k·k×k product could allocate.)
+template <int k>
+VelocityCone MakeCone(const Mat<k, 3>& K, const Vec<k>& h, const Mat<k, k>& sigma) {
+  const Vec<k> sigma_h = sigma * h;
+  VelocityCone cone;
+  cone.c = h.dot(sigma_h);
+  for (int j = 0; j < 3; ++j) {
+    const Vec<k> sigma_K_j = sigma * K.col(j);
+    cone.q(j) = K.col(j).dot(sigma_h);
+    for (int i = 0; i <= j; ++i) {
+      cone.Q(i, j) = K.col(i).dot(sigma_K_j);
+      cone.Q(j, i) = cone.Q(i, j);
+    }
+  }
+  return cone;
+}
+
+Row LinearRow(const ChanceRow& row, const Controls& a, double hi) {
+  Row out;
+  out.a = a;
+  out.hi = hi;
+  out.price = row.price;
+  out.key = row.key;
+  return out;
+}
+
+}  // namespace
+
+double VelocityCone::Sigma(const Vector3d& v_WT) const {
+  const double variance = v_WT.dot(Q * v_WT) + 2 * q.dot(v_WT) + c;
+  return std::sqrt(std::max(variance, 0.0));
+}
+
+Vector3d VelocityCone::Gradient(const Vector3d& v_WT) const {
+  const double sigma = Sigma(v_WT);
+  if (sigma < 1e-12) {
+    return Vector3d::Zero();
+  }
+  return (Q * v_WT + q) / sigma;
+}
+
+double VelocityCone::UpperBound(const Vector3d& center, const Vector3d& radius) const {
+  return Sigma(center) + std::sqrt(radius.dot(Q.cwiseAbs() * radius));
+}
+
+VelocityCone PlaneCone(const PlaneEstimate& plane, const Vector3d& p_WT, double eta_1ps) {
+  Mat<4, 3> K = Mat<4, 3>::Zero();
+  K.topRows<3>().setIdentity();
+  Vec<4> h;
+  h << eta_1ps * p_WT, -eta_1ps;
+  return MakeCone<4>(K, h, plane.covariance);
+}
+
+VelocityCone PipeCone(const PipeEstimate& pipe, const AxisDistance& distance, double eta_1ps) {
+  const Vector3d& e = distance.to_axis.gradient_W;
+  const Vector3d& l = pipe.l_W;
+  const double rho = distance.to_axis.d_m;
+  Mat<7, 3> K = Mat<7, 3>::Zero();
+  if (rho > 0) {
+    if (distance.at_end) {
+      const Matrix3d across = (Matrix3d::Identity() - e * e.transpose()) / rho;
+      K.topRows<3>() = -across;
+      K.middleRows<3>(3) = -distance.s_m * across;
+    } else {
+      const Vector3d m = l.cross(e);
+      const Matrix3d turn = m * m.transpose() / rho;
+      K.topRows<3>() = -turn;
+      K.middleRows<3>(3) = -distance.s_m * turn - e * l.transpose();
+    }
+  }
+  Vec<7> h;
+  h << -eta_1ps * e, -eta_1ps * distance.s_m * e, -eta_1ps;
+  return MakeCone<7>(K, h, pipe.covariance);
+}
+
+Result<double> ChanceQuantile(double alpha) {
+  if (!(alpha >= 0.5 && alpha < 1)) {
+    return Status::kOutOfRange;
+  }
+  return NormalQuantile(alpha);
+}
+
+double ChanceExcess(const ChanceRow& row, const Controls& u, double z) {
+  return row.a.dot(u) + z * row.cone.Sigma(row.J * u) - row.limit;
+}
+
+Row TangentCut(const ChanceRow& row, const Controls& u0, double z) {
+  const Vector3d v0 = row.J * u0;
+  const Controls slope = z * (row.J.transpose() * row.cone.Gradient(v0));
+  return LinearRow(row, row.a + slope, row.limit - z * row.cone.Sigma(v0) + slope.dot(u0));
+}
+
+Row FrozenRow(const ChanceRow& row, const Controls& u0, double z) {
+  const double hi = row.limit - z * row.cone.Sigma(row.J * u0);
+  return LinearRow(row, row.a, row.price > 0 ? hi : std::max(hi, 0.0));
+}
+
+Row WorstCaseRow(const ChanceRow& row, const Controls& lb, const Controls& ub, double z) {
+  const Vector3d center = row.J * ((lb + ub) / 2);
+  const Vector3d radius = row.J.cwiseAbs() * ((ub - lb) / 2);
+  const double hi = row.limit - z * row.cone.UpperBound(center, radius);
+  return LinearRow(row, row.a, row.price > 0 ? hi : std::max(hi, 0.0));
+}
+
+}  // namespace pipewright

@@ -1,0 +1,127 @@
+// SPDX-License-Identifier: MIT
+#include "ctrl/constraints/world_rows.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace pipewright {
+namespace {
+
+constexpr double kSamePoint_m = 0.01;
+/// Height at which the base's centre is held against walls: mid height of the platform.
+constexpr double kBaseHeight_m = 0.1;
+
+RobotPoint MakePoint(const RowContext& c, int body, const Vector3d& p_L, double r_m) {
+  RobotPoint point;
+  point.p_W = c.kinematics.Point(body, p_L);
+  point.J = c.kinematics.PointJacobianAt(body, point.p_W);
+  point.r_m = r_m;
+  point.buffer_mps = HoldBuffer(point.J, c.u_max, c.config.period_s);
+  return point;
+}
+
+void AddPlane(const RowContext& c, RowKind kind, int index, const PlaneEstimate& plane,
+              double d_safe_m, const RobotPoint& point, RowMaker& maker, Clearances& clearance) {
+  if (!PlaneReaches(plane, point.p_W, c.config.plane_inflation_m, c.config.plane_behind_m)) {
+    return;
+  }
+  const PointDistance distance = PointToPlane(point.p_W, plane);
+  if (kind == RowKind::kPlane) {
+    clearance.plane_m = std::min(clearance.plane_m, distance.d_m - point.r_m);
+  }
+  const double eta = c.config.eta_1ps;
+  const RowMaker::Pair pair{kind, index, plane.id, distance.d_m - d_safe_m, eta, point.buffer_mps};
+  if (pair.spare_m <= c.config.consider_m) {
+    maker.Chance(pair, distance.gradient_W, point, PlaneCone(plane, point.p_W, eta));
+  }
+}
+
+void AddPipe(const RowContext& c, int index, const PipeEstimate& pipe, const RobotPoint& point,
+             RowMaker& maker, Clearances& clearance) {
+  const AxisDistance distance = PointToPipeAxis(point.p_W, pipe, c.config.pipe_inflation_m);
+  const double to_surface_m = distance.to_axis.d_m - pipe.radius_m;
+  clearance.pipe_m = std::min(clearance.pipe_m, to_surface_m - point.r_m);
+  const double d_safe_m = std::max(c.config.d_safe_pipe_m, point.r_m + c.config.margin_m);
+  const double eta = c.config.eta_1ps;
+  const RowMaker::Pair pair{RowKind::kPipe,          index, pipe.id,
+                            to_surface_m - d_safe_m, eta,   point.buffer_mps};
+  if (pair.spare_m <= c.config.consider_m) {
+    maker.Chance(pair, distance.to_axis.gradient_W, point, PipeCone(pipe, distance, eta));
+  }
+}
+
+/// One row for the obstacle that is nearest to the point, one for that nearest to where it is
+/// heading: in a corner the second takes over only when it is as near as the first.
+template <typename Find>
+void AddObstacles(const RowContext& c, RowKind kind, int index, const RobotPoint& point,
+                  const Find& find, RowMaker& maker, Clearances& clearance) {
+  const double d_safe_m = point.r_m + c.config.voxel_margin_m;
+  const auto pair = [&](std::uint32_t which, double d_m) {
+    return RowMaker::Pair{
+        kind, index, which, d_m - d_safe_m, c.config.eta_voxel_1ps, point.buffer_mps};
+  };
+  const Nearest nearest = find(point.p_W);
+  if (nearest.any) {
+    clearance.obstacle_m = std::min(clearance.obstacle_m, nearest.distance_m - point.r_m);
+    if (nearest.distance_m < 1e-9) {
+      maker.Creep(pair(0, 0), point);
+      return;
+    }
+    if (nearest.distance_m - d_safe_m <= c.config.consider_m) {
+      maker.Distance(pair(0, nearest.distance_m), point.J.transpose() * nearest.direction_W);
+    }
+  }
+  const Vector3d ahead_W = c.config.ahead_s * (point.J * c.u_sent);
+  if (ahead_W.squaredNorm() < kSamePoint_m * kSamePoint_m) {
+    return;
+  }
+  const Nearest next = find(point.p_W + ahead_W);
+  if (!next.any || (next.p_W - nearest.p_W).squaredNorm() < kSamePoint_m * kSamePoint_m) {
+    return;
+  }
+  Vector3d p_WT = point.p_W;
+  if (kind == RowKind::kColumn) {
+    p_WT.z() = 0;  // columns have no height
+  }
+  const PointDistance distance = PointToPoint(p_WT, next.p_W);
+  if (distance.d_m - d_safe_m <= c.config.consider_m) {
+    maker.Distance(pair(1, distance.d_m), point.J.transpose() * distance.gradient_W);
+  }
+}
+
+}  // namespace
+
+void AddWorldRows(const RowContext& c, const Scene& scene, const DistanceField& field,
+                  RowMaker& maker, Clearances& clearance) {
+  const auto voxel = [&field](const Vector3d& p_W) { return field.NearestObstacle(p_W); };
+  const auto column = [&field](const Vector3d& p_W) {
+    return field.NearestColumn(p_W.x(), p_W.y());
+  };
+  int index = 0;
+  for (const BodySphere& sphere : c.shapes.spheres) {
+    const RobotPoint point = MakePoint(c, sphere.body, sphere.p_L, sphere.r_m);
+    for (const PlaneEstimate& plane : scene.planes) {
+      const double d_safe_m = std::max(c.config.d_safe_plane_m, sphere.r_m + c.config.margin_m);
+      AddPlane(c, RowKind::kPlane, index, plane, d_safe_m, point, maker, clearance);
+    }
+    for (const PipeEstimate& pipe : scene.pipes) {
+      AddPipe(c, index, pipe, point, maker, clearance);
+    }
+    AddObstacles(c, RowKind::kVoxel, index, point, voxel, maker, clearance);
+    ++index;
+  }
+  for (const BaseDisc& disc : c.shapes.discs) {
+    const RobotPoint point = MakePoint(c, 0, {disc.p_B.x(), disc.p_B.y(), 0}, disc.r_m);
+    AddObstacles(c, RowKind::kColumn, index, point, column, maker, clearance);
+    ++index;
+  }
+  const RobotPoint center = MakePoint(c, 0, {0, 0, kBaseHeight_m}, 0);
+  for (const PlaneEstimate& plane : scene.planes) {
+    if (std::abs(plane.n_W.z()) < c.config.near_vertical_nz) {
+      AddPlane(c, RowKind::kBasePlane, index, plane, c.config.d_safe_base_plane_m, center, maker,
+               clearance);
+    }
+  }
+}
+
+}  // namespace pipewright
