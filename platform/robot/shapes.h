@@ -54,7 +54,7 @@ struct RobotShapes {
   static constexpr int kMaxSpheres = 32;
   static constexpr int kMaxDiscs = 4;
   static constexpr int kMaxShapes = 24;
-  static constexpr int kMaxPairs = 96;
+  static constexpr int kMaxPairs = 128;
 
   FixedVector<BodySphere, kMaxSpheres> spheres;  ///< arm and tool; the arm's foot is body 0
   FixedVector<BaseDisc, kMaxDiscs> discs;        ///< platform and pedestal, seen from above

@@ -28,7 +28,7 @@ inline constexpr ArmModel<7> kUf7 = [] {
 
 /// The robot of this product: UF7 on a Tracer, camera and probe at the flange.
 inline constexpr RobotModel<7> kTracerUf7{
-    .arm = kUf7, .base = {}, .mount = {}, .tool = {}, .home_rad = {0, -0.9, 0, 0.9, 0, 0.5, 0}};
+    .arm = kUf7, .base = {}, .mount = {}, .tool = {}, .home_rad = {0, -0.9, 0, 0.5, 0, -0.4, 0}};
 static_assert(Valid(kTracerUf7));
 
 constexpr const RobotModel<7>& TracerUf7() { return kTracerUf7; }
