@@ -21,7 +21,7 @@ class RayWalk {
 
   VoxelIndex voxel() const { return {at_[0], at_[1], at_[2]}; }
   /// Flat index into the grid, or -1 outside its box.
-  int index() const { return inside_ ? index_ : -1; }
+  int index() const { return inside_ ? static_cast<int>(index_) : -1; }
   /// Whether the voxel lies in the grid's stored box.
   bool inside() const { return inside_; }
 
@@ -33,11 +33,11 @@ class RayWalk {
   int at_[3] = {0, 0, 0};
   int end_[3] = {0, 0, 0};
   int step_[3] = {0, 0, 0};
-  int stride_[3] = {0, 0, 0};
+  std::int64_t stride_[3] = {0, 0, 0};
   double t_next_[3] = {0, 0, 0};   // length along the ray to the next crossing, per axis
   double t_delta_[3] = {0, 0, 0};  // and from one crossing to the next
   double length_ = 0;
-  int index_ = 0;
+  std::int64_t index_ = 0;
   bool inside_ = false;
   enum class Phase { kFirst, kWalking, kDone } phase_ = Phase::kDone;
 };

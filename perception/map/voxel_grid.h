@@ -84,7 +84,7 @@ class VoxelGrid {
   const MapCounts& counts() const { return counts_; }
 
   /// Mean over W of I_o = -p ln p - (1 - p) ln(1 - p), (18): ln 2 for a voxel that is not known,
-  /// its own entropy (at most 2e-6 off, by table) for one that is. Nats per voxel.
+  /// its own entropy (at most 1e-7 off, by table) for one that is. Nats per voxel.
   double visual_entropy() const;
   /// Mean over W of I_c, (22) with the sign mended: ln 2 for occupied and not covered, else 0.
   double coverage_entropy() const;
@@ -112,9 +112,7 @@ class VoxelGrid {
 
   /// Voxels of the box and their flat index, x fastest: for stamps, queues and inner loops.
   int voxel_count() const { return nx_ * ny_ * nz_; }
-  int IndexOf(const VoxelIndex& v) const {
-    return (v.x - config_.lo.x) + nx_ * ((v.y - config_.lo.y) + ny_ * (v.z - config_.lo.z));
-  }
+  int IndexOf(const VoxelIndex& v) const { return static_cast<int>(FlatIndex(v)); }
   VoxelIndex VoxelAt(int index) const;
   bool KnownAt(int index) const { return (Code(index) & kKnown) != 0; }
   bool OccupiedAt(int index) const { return Code(index) == kOccupiedCode; }
@@ -124,9 +122,12 @@ class VoxelGrid {
   /// Changes whenever a voxel's State, Swept or Obstacle does.
   std::uint64_t revision() const { return revision_; }
   int bricks_used() const { return bricks_used_; }
-  std::int64_t bricks_refused() const { return bricks_refused_; }
+  /// Voxel updates that a full pool has refused so far.
+  std::int64_t updates_refused() const { return updates_refused_; }
 
   static constexpr int kBrickVoxels = 512;
+  /// Voxels that one discretised scan can end in; what is beyond is counted as rejected.
+  static constexpr int kDiscretizedEnds = 1 << 16;
   /// Per voxel of an allocated brick: its log-odds and its four bits. 4.5.
   static constexpr double kBytesPerVoxel = sizeof(float) + 0.5;
   /// All heap of one grid, in bytes.
@@ -135,6 +136,7 @@ class VoxelGrid {
  private:
   friend class ScanInserter;
   friend class RayCaster;
+  friend class RayWalk;
 
   // A voxel's two state bits: 0 unknown, 1 unknown and swept, 2 free, 3 occupied.
   static constexpr unsigned kKnown = 2;
@@ -144,6 +146,11 @@ class VoxelGrid {
     float log_odds[kBrickVoxels];
   };
 
+  // Also of voxels outside the box, where it means nothing but can be stepped from.
+  std::int64_t FlatIndex(const VoxelIndex& v) const {
+    return (v.x - config_.lo.x) +
+           nx_ * ((v.y - config_.lo.y) + std::int64_t{ny_} * (v.z - config_.lo.z));
+  }
   unsigned Code(int i) const { return (codes_[i >> 5] >> ((i & 31) * 2)) & 3U; }
   void SetCode(int i, unsigned code) {
     std::uint64_t& word = codes_[i >> 5];
@@ -156,9 +163,14 @@ class VoxelGrid {
     flags_[i >> 6] = flag ? flags_[i >> 6] | bit : flags_[i >> 6] & ~bit;
   }
 
+  int BrickOf(const VoxelIndex& v) const;  // where top_ tells of v's brick
+  static int CellInBrick(const VoxelIndex& v) {
+    return (v.x & 7) | ((v.y & 7) << 3) | ((v.z & 7) << 6);
+  }
   float* LogOddsSlot(const VoxelIndex& v);
+  bool Sees(const Vector3d& p_WP, double radius_m, const VoxelIndex& v) const;
   bool Update(int index, const VoxelIndex& v, bool hit);
-  void Count(int index, const VoxelIndex& v, int sign);
+  void CountChange(unsigned from, unsigned to, bool flag, float old_log_odds, float log_odds);
   std::int64_t EntropyUnits(float log_odds) const;
 
   MapConfig config_;
@@ -173,7 +185,7 @@ class VoxelGrid {
   int bricks_x_ = 0;
   int bricks_y_ = 0;
   int bricks_used_ = 0;
-  std::int64_t bricks_refused_ = 0;
+  std::int64_t updates_refused_ = 0;
   std::uint64_t revision_ = 1;
   MapCounts counts_;
   std::int64_t entropy_units_ = 0;  // sum of I_o over the known voxels of W, in 2^-40 nats
@@ -181,7 +193,8 @@ class VoxelGrid {
   std::vector<Brick> bricks_;
   std::vector<std::uint64_t> codes_;  // two bits a voxel
   std::vector<std::uint64_t> flags_;  // covered when occupied, residual when unknown
-  std::vector<std::uint64_t> marks_;  // updated by the scan in hand; a border word at either end
+  std::vector<std::uint64_t> marks_;  // updated by the scan in hand
+  std::vector<std::int32_t> ends_;    // scratch of a discretised scan: voxels that hold points
   std::vector<std::int64_t> entropy_table_;
 };
 

@@ -1,0 +1,274 @@
+// SPDX-License-Identifier: MIT
+#include "perception/map/voxel_grid.h"
+
+#include <algorithm>
+#include <cassert>
+
+#include "perception/map/ray_walk.h"
+
+namespace pipewright {
+namespace {
+
+constexpr double kEntropyUnit = 1.0 / (std::int64_t{1} << 40);  // nats; sums of these are exact
+constexpr int kEntropyIntervals = 4096;
+constexpr double kLn2 = 0.69314718055994530942;
+
+float LogOddsOf(double probability) {
+  return static_cast<float>(std::log(probability / (1 - probability)));
+}
+
+double EntropyOf(double log_odds) {
+  const double p = 1 - 1 / (1 + std::exp(log_odds));
+  return -p * std::log(p) - (1 - p) * std::log(1 - p);
+}
+
+int CellOf(double coordinate, double width_inv) {
+  constexpr double kFar = 1 << 24;  // beyond every box; also what NaN becomes
+  const double cell = std::floor(coordinate * width_inv);
+  return static_cast<int>(cell > -kFar ? std::min(cell, kFar) : -kFar);
+}
+
+double SquaredDistanceToBox(const Vector3d& p, const Vector3d& center, double half_width) {
+  return ((p - center).cwiseAbs().array() - half_width).max(0.0).matrix().squaredNorm();
+}
+
+constexpr unsigned kSweptCode = 1;
+
+}  // namespace
+
+VoxelBox BoxOf(const Vector3d& lo_W, const Vector3d& hi_W, double width_m, int margin) {
+  constexpr double kSlack = 1e-9;  // a border that means to lie on a voxel's stays there
+  const Vector3d lo = (lo_W / width_m).array() + kSlack;
+  const Vector3d hi = (hi_W / width_m).array() - kSlack;
+  return {{CellOf(lo.x(), 1) - margin, CellOf(lo.y(), 1) - margin, CellOf(lo.z(), 1) - margin},
+          {CellOf(hi.x(), 1) + margin, CellOf(hi.y(), 1) + margin, CellOf(hi.z(), 1) + margin}};
+}
+
+VoxelGrid::VoxelGrid(const MapConfig& config)
+    : config_(config),
+      nx_(VoxelsAlong(config.lo.x, config.hi.x)),
+      ny_(VoxelsAlong(config.lo.y, config.hi.y)),
+      nz_(VoxelsAlong(config.lo.z, config.hi.z)),
+      hit_(LogOddsOf(config.p_hit)),
+      miss_(LogOddsOf(config.p_miss)),
+      min_(LogOddsOf(config.p_min)),
+      max_(LogOddsOf(config.p_max)),
+      threshold_(LogOddsOf(config.p_occupied)),
+      bricks_x_((config.hi.x >> 3) - (config.lo.x >> 3) + 1),
+      bricks_y_((config.hi.y >> 3) - (config.lo.y >> 3) + 1) {
+  assert(Valid(config));
+  const auto voxels = static_cast<std::size_t>(voxel_count());
+  top_.assign(static_cast<std::size_t>(BricksOfBox(config)), -1);
+  bricks_.resize(static_cast<std::size_t>(std::min(config.brick_capacity, BricksOfBox(config))));
+  codes_.resize(voxels / 32 + 1);
+  flags_.resize(voxels / 64 + 1);
+  marks_.resize(voxels / 64 + 1);
+  ends_.resize(std::min(voxels, static_cast<std::size_t>(kDiscretizedEnds)));
+  entropy_table_.resize(kEntropyIntervals + 2);
+  for (int i = 0; i < kEntropyIntervals + 2; ++i) {
+    const double log_odds = min_ + (static_cast<double>(max_) - min_) * i / kEntropyIntervals;
+    entropy_table_[i] = std::llround(EntropyOf(log_odds) / kEntropyUnit);
+  }
+  const VoxelIndex& lo = config.workspace_lo;
+  const VoxelIndex& hi = config.workspace_hi;
+  counts_.total = VoxelsAlong(lo.x, hi.x) * VoxelsAlong(lo.y, hi.y) * VoxelsAlong(lo.z, hi.z);
+  counts_.unknown = counts_.total;
+}
+
+VoxelState VoxelGrid::State(const VoxelIndex& v) const {
+  const unsigned code = InBox(v) ? Code(IndexOf(v)) : 0;
+  if ((code & kKnown) == 0) {
+    return VoxelState::kUnknown;
+  }
+  return code == kOccupiedCode ? VoxelState::kOccupied : VoxelState::kFree;
+}
+
+float VoxelGrid::LogOdds(const VoxelIndex& v) const {
+  const int brick = InBox(v) ? top_[BrickOf(v)] : -1;
+  return brick < 0 ? 0 : bricks_[brick].log_odds[CellInBrick(v)];
+}
+
+bool VoxelGrid::Covered(const VoxelIndex& v) const { return InBox(v) && CoveredAt(IndexOf(v)); }
+
+bool VoxelGrid::Swept(const VoxelIndex& v) const {
+  return InBox(v) && Code(IndexOf(v)) == kSweptCode;
+}
+
+bool VoxelGrid::Residual(const VoxelIndex& v) const {
+  return InBox(v) && !KnownAt(IndexOf(v)) && Flag(IndexOf(v));
+}
+
+bool VoxelGrid::Obstacle(const VoxelIndex& v) const {
+  return InBox(v) ? ObstacleAt(IndexOf(v)) : config_.outside_is_obstacle;
+}
+
+VoxelIndex VoxelGrid::VoxelOf(const Vector3d& p_W) const {
+  const double inv = 1 / config_.width_m;
+  return {CellOf(p_W.x(), inv), CellOf(p_W.y(), inv), CellOf(p_W.z(), inv)};
+}
+
+Vector3d VoxelGrid::Center(const VoxelIndex& v) const {
+  return {(v.x + 0.5) * config_.width_m, (v.y + 0.5) * config_.width_m,
+          (v.z + 0.5) * config_.width_m};
+}
+
+VoxelIndex VoxelGrid::VoxelAt(int index) const {
+  const int row = index / nx_;
+  const int layer = row / ny_;
+  return {config_.lo.x + index - row * nx_, config_.lo.y + row - layer * ny_, config_.lo.z + layer};
+}
+
+int VoxelGrid::BrickOf(const VoxelIndex& v) const {
+  return ((v.x >> 3) - (config_.lo.x >> 3)) +
+         bricks_x_ *
+             (((v.y >> 3) - (config_.lo.y >> 3)) + bricks_y_ * ((v.z >> 3) - (config_.lo.z >> 3)));
+}
+
+float* VoxelGrid::LogOddsSlot(const VoxelIndex& v) {
+  std::int32_t& brick = top_[BrickOf(v)];
+  if (brick < 0) {
+    if (bricks_used_ == static_cast<int>(bricks_.size())) {
+      return nullptr;
+    }
+    brick = bricks_used_++;
+  }
+  return &bricks_[brick].log_odds[CellInBrick(v)];
+}
+
+std::int64_t VoxelGrid::EntropyUnits(float log_odds) const {
+  const double u = (static_cast<double>(log_odds) - min_) / (static_cast<double>(max_) - min_) *
+                   kEntropyIntervals;
+  const int i = static_cast<int>(u);
+  const auto step = static_cast<double>(entropy_table_[i + 1] - entropy_table_[i]);
+  return entropy_table_[i] + static_cast<std::int64_t>(step * (u - i));
+}
+
+// One hit or miss, as OctoMap adds and clamps it. False: no brick to be had.
+bool VoxelGrid::Update(int index, const VoxelIndex& v, bool hit) {
+  float* slot = LogOddsSlot(v);
+  if (slot == nullptr) {
+    ++updates_refused_;
+    return false;
+  }
+  const float old = *slot;
+  const float next = std::clamp(old + (hit ? hit_ : miss_), min_, max_);
+  const unsigned from = Code(index);
+  const unsigned to = next >= threshold_ ? kOccupiedCode : kKnown;
+  if (from == to && old == next) {
+    return true;
+  }
+  *slot = next;
+  if (InWorkspace(v)) {
+    CountChange(from, to, Flag(index), old, next);
+  }
+  if (from != to) {
+    SetCode(index, to);
+    SetFlag(index, false);
+    ++revision_;
+  }
+  return true;
+}
+
+void VoxelGrid::CountChange(unsigned from, unsigned to, bool flag, float old_log_odds,
+                            float log_odds) {
+  entropy_units_ += EntropyUnits(log_odds);
+  if ((from & kKnown) != 0) {
+    entropy_units_ -= EntropyUnits(old_log_odds);
+  }
+  if (from == to) {
+    return;
+  }
+  if ((from & kKnown) == 0) {
+    --(flag ? counts_.residual : counts_.unknown);
+  } else if (from == kOccupiedCode) {
+    --counts_.occupied;
+    counts_.covered -= flag ? 1 : 0;
+  } else {
+    --counts_.free;
+  }
+  ++(to == kOccupiedCode ? counts_.occupied : counts_.free);
+}
+
+void VoxelGrid::MarkSweptSphere(const Vector3d& center_W, double radius_m) {
+  const Vector3d reach = Vector3d::Constant(radius_m);
+  const VoxelIndex lo = VoxelOf(center_W - reach);
+  const VoxelIndex hi = VoxelOf(center_W + reach);
+  for (int z = std::max(lo.z, config_.lo.z); z <= std::min(hi.z, config_.hi.z); ++z) {
+    for (int y = std::max(lo.y, config_.lo.y); y <= std::min(hi.y, config_.hi.y); ++y) {
+      for (int x = std::max(lo.x, config_.lo.x); x <= std::min(hi.x, config_.hi.x); ++x) {
+        const int index = IndexOf({x, y, z});
+        if (Code(index) == 0 && SquaredDistanceToBox(center_W, Center({x, y, z}),
+                                                     config_.width_m / 2) <= radius_m * radius_m) {
+          SetCode(index, kSweptCode);
+          ++revision_;
+        }
+      }
+    }
+  }
+}
+
+int VoxelGrid::MarkCovered(const Vector3d& p_WP, double radius_m) {
+  const Vector3d reach = Vector3d::Constant(radius_m);
+  const VoxelIndex lo = VoxelOf(p_WP - reach);
+  const VoxelIndex hi = VoxelOf(p_WP + reach);
+  const VoxelIndex& w_lo = config_.workspace_lo;
+  const VoxelIndex& w_hi = config_.workspace_hi;
+  int covered = 0;
+  for (int z = std::max(lo.z, w_lo.z); z <= std::min(hi.z, w_hi.z); ++z) {
+    for (int y = std::max(lo.y, w_lo.y); y <= std::min(hi.y, w_hi.y); ++y) {
+      for (int x = std::max(lo.x, w_lo.x); x <= std::min(hi.x, w_hi.x); ++x) {
+        const int index = IndexOf({x, y, z});
+        if (OccupiedAt(index) && !Flag(index) && Sees(p_WP, radius_m, {x, y, z})) {
+          SetFlag(index, true);
+          ++covered;
+        }
+      }
+    }
+  }
+  counts_.covered += covered;
+  return covered;
+}
+
+// Whether v's centre is within the radius of P and no occupied voxel lies before v on the way.
+bool VoxelGrid::Sees(const Vector3d& p_WP, double radius_m, const VoxelIndex& v) const {
+  const Vector3d center = Center(v);
+  if (!((center - p_WP).squaredNorm() <= radius_m * radius_m)) {
+    return false;
+  }
+  for (RayWalk ray(*this, p_WP.cast<float>(), center.cast<float>()); ray.Next();) {
+    if (ray.inside() && OccupiedAt(ray.index())) {
+      return ray.voxel() == v;
+    }
+  }
+  return true;
+}
+
+void VoxelGrid::SetResidual(const VoxelIndex& v, bool residual) {
+  if (!InBox(v) || KnownAt(IndexOf(v)) || Flag(IndexOf(v)) == residual) {
+    return;
+  }
+  SetFlag(IndexOf(v), residual);
+  if (InWorkspace(v)) {
+    counts_.residual += residual ? 1 : -1;
+    counts_.unknown -= residual ? 1 : -1;
+  }
+}
+
+double VoxelGrid::visual_entropy() const {
+  const int not_known = counts_.unknown + counts_.residual;
+  return (not_known * kLn2 + static_cast<double>(entropy_units_) * kEntropyUnit) / counts_.total;
+}
+
+double VoxelGrid::coverage_entropy() const {
+  return (counts_.occupied - counts_.covered) * kLn2 / counts_.total;
+}
+
+std::int64_t VoxelGrid::MemoryBytes() const {
+  const auto bytes = [](const auto& v) {
+    return static_cast<std::int64_t>(v.capacity() * sizeof(v[0]));
+  };
+  return bytes(top_) + bytes(bricks_) + bytes(codes_) + bytes(flags_) + bytes(marks_) +
+         bytes(ends_) + bytes(entropy_table_);
+}
+
+}  // namespace pipewright
