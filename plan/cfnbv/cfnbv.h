@@ -4,43 +4,61 @@
 #include <memory>
 #include <span>
 
+#include "perception/map/voxel_index.h"
 #include "plan/cfnbv/planner.h"
+#include "plan/motion/motion_planner.h"
 #include "platform/core/rng.h"
 
 namespace pipewright {
 
 struct CfnbvConfig {
   GainConfig gain{.range_min_m = 0.17};
-  double horizon_s = 10;        ///< t0 of the score G_w / (t0 + t): what a view costs beside motion
-  int random_candidates = 60;   ///< configurations drawn at random a step, near and far
-  int unknown_candidates = 60;  ///< configurations aimed at frontier voxels a step
-  int coverage_candidates = 60;   ///< configurations aimed at uncovered voxels a step
-  int paths = 6;                  ///< how many motion plans a step may try
-  double stop_unknown = 4;        ///< a view of fewer new voxels than this, and
-  double stop_uncovered = 1;      ///< fewer uncovered ones than this, is not worth the way
-  int stop_tests = 400;           ///< reachable views that must fail in a row before kComplete
-  int tries_per_voxel = 3;        ///< aimed views that may fail before a voxel is given up
-  double stall_penalty_m = 0.15;  ///< views this near to one that stalled are not taken again
+  MotionPlannerConfig motion;
+  double overhead_s = 2;  ///< t0 of the score G_w / (t0 + t): what a view costs beside the motion
+  /// Configurations proposed a round: random ones near the robot and anywhere, and aimed ones.
+  int near_candidates = 30;
+  int far_candidates = 30;
+  int unknown_candidates = 50;
+  int uncovered_candidates = 50;
+  int rounds = 12;          ///< of proposals in one step, at most
+  int paths = 6;            ///< motion plans tried a round, at most
+  int stop_unknown = 4;     ///< a view of fewer unknown voxels than this, and
+  int stop_uncovered = 1;   ///< of fewer uncovered ones than this, is not worth the way
+  int stop_tests = 400;     ///< reachable views that must be below it in a row before kComplete
+  int tries_per_voxel = 3;  ///< views of a voxel that may fail before it is given up
+  int forget_voxels = 50;   ///< so much new knowledge, and what had no path is tried again
+  double stall_radius_m = 0.15;  ///< views this near to one that stalled twice are not taken
+  /// kComplete also asks that of W this share is known, and of its surface this share is covered;
+  /// else what is left is called unreachable (kNoReachableView).
+  double complete_known_share = 0.5;
+  double complete_covered_share = 0.5;
 };
 
 constexpr bool Valid(const CfnbvConfig& c) {
-  return Valid(c.gain) && c.horizon_s > 0 && c.random_candidates >= 0 &&
-         c.unknown_candidates >= 0 && c.coverage_candidates >= 0 &&
-         c.random_candidates + c.unknown_candidates + c.coverage_candidates > 0 && c.paths > 0 &&
-         c.stop_unknown >= 1 && c.stop_uncovered >= 1 && c.stop_tests > 0 &&
-         c.tries_per_voxel > 0 && c.stall_penalty_m >= 0;
+  const int proposals =
+      c.near_candidates + c.far_candidates + c.unknown_candidates + c.uncovered_candidates;
+  return Valid(c.gain) && Valid(c.motion) && c.overhead_s > 0 && c.near_candidates >= 0 &&
+         c.far_candidates >= 0 && c.unknown_candidates >= 0 && c.uncovered_candidates >= 0 &&
+         0 < proposals && proposals <= 400 && c.rounds > 0 && c.paths > 0 && c.stop_unknown > 0 &&
+         c.stop_uncovered > 0 && c.stop_tests > 0 && 0 < c.tries_per_voxel &&
+         c.tries_per_voxel < 255 && c.forget_voxels > 0 && c.stall_radius_m >= 0 &&
+         0 <= c.complete_known_share && c.complete_known_share <= 1 &&
+         0 <= c.complete_covered_share && c.complete_covered_share <= 1;
 }
 
 /// The default planner: coverage first next best view over configurations that the robot can reach.
 ///
-/// Candidates are collision-free configurations: aimed at uncovered voxels and at unknown voxels on
-/// the frontier (by inverse kinematics), random near the robot and anywhere. Each is scored by its
-/// distinct gain (23) over the time that going there takes; the best for which a path is found is
-/// the goal, with its path.
+/// Candidates are collision-free configurations: aimed at uncovered voxels and at unknown voxels of
+/// the frontier (by inverse kinematics), random near the robot and anywhere, and the best that were
+/// left over. Each is scored by its distinct gain (23) over the time that going there takes; the
+/// best for which a path is found is the goal, with its path.
 ///
-/// It stops (kComplete) when `stop_tests` reachable views in a row, aimed at everything that is
-/// left and random, gain less than the threshold. What is left then is declared: unknown voxels as
-/// residual, uncovered ones as given up.
+/// Voxels that views fail to settle stop counting: unknown or uncovered ones that are in sight of
+/// `tries_per_voxel` views the robot was at, and ones whose views have no path (these count again
+/// once the map has grown).
+///
+/// It stops (kComplete) when `stop_tests` reachable views in a row are below the threshold: see
+/// PlanNumbers::share_bound for what that says. Unknown voxels left are then declared residual.
 class Cfnbv {
  public:
   Cfnbv(const CfnbvConfig& config, const MapConfig& map);
@@ -50,11 +68,21 @@ class Cfnbv {
 
   PlanStep Plan(const PlanInput& input, Rng& rng);
 
-  /// Unknown voxels that the last Plan() found no view for; the map's owner marks them residual.
+  /// Unknown voxels that the last Plan() gave up; the map's owner is to mark them residual.
   std::span<const VoxelIndex> NewResidual() const;
 
  private:
   struct Memory;
+
+  void NoteOutcome(const PlanInput& input);
+  void Refresh(const VoxelGrid& map);
+  void Start(const PlanInput& input, PlanStep& step);
+  void Propose(const PlanInput& input, Rng& rng, bool with_kept, PlanStep& step);
+  int Evaluate(const PlanInput& input);
+  bool Choose(const PlanInput& input, Rng& rng, PlanStep& step);
+  void Accept(int candidate, const MotionPlanner::Path& path, double duration_s, PlanStep& step);
+  void Keep();
+  void Finish(const PlanInput& input, PlanStep& step);
 
   CfnbvConfig config_;
   std::unique_ptr<Memory> memory_;

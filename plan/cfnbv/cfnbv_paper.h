@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "perception/map/voxel_index.h"
 #include "plan/cfnbv/planner.h"
 #include "platform/core/rng.h"
 
@@ -33,6 +34,7 @@ class CfnbvPaper {
   void CollectFree(const VoxelGrid& map);
 
   CfnbvPaperConfig config_;
+  MapConfig map_;
   GainEvaluator gains_;
   std::vector<Vector3d> free_;  ///< capacity for W, taken at construction
   std::uint32_t next_id_ = 1;

@@ -45,23 +45,53 @@ constexpr const char* Name(PlanDecision d) {
   return "?";
 }
 
+/// What a candidate was drawn for.
+enum class CandidateKind : std::uint8_t {
+  kUniform,    ///< the paper's: anywhere free
+  kKept,       ///< a good one that an earlier step did not take
+  kNear,       ///< random, near the robot's configuration
+  kFar,        ///< random, anywhere about W
+  kUnknown,    ///< aimed at a voxel of the frontier
+  kUncovered,  ///< aimed at an uncovered voxel
+};
+
+constexpr const char* Name(CandidateKind k) {
+  switch (k) {
+    case CandidateKind::kUniform:
+      return "uniform";
+    case CandidateKind::kKept:
+      return "kept";
+    case CandidateKind::kNear:
+      return "near";
+    case CandidateKind::kFar:
+      return "far";
+    case CandidateKind::kUnknown:
+      return "unknown";
+    case CandidateKind::kUncovered:
+      return "uncovered";
+  }
+  return "?";
+}
+
 /// The figures of one decision, for the log.
 struct PlanNumbers {
   int candidates = 0;  ///< proposed
   int reachable = 0;   ///< of these, collision-free configurations (paper: not checked, all)
+  int worthwhile = 0;  ///< of these, above the threshold
   int paths_tried = 0;
-  double gain_visual = 0;  ///< of the chosen view, nats, as its planner counts
+  CandidateKind kind = CandidateKind::kUniform;  ///< of the chosen view
+  double gain_visual = 0;                        ///< of the chosen view, nats, as counted
   double gain_coverage = 0;
   double gain_weighted = 0;
-  double duration_s = 0;      ///< of the path at the planner's speed limits; 0 without a path
-  int unknown_targets = 0;    ///< unknown voxels beside known free ones, not residual
-  int uncovered_targets = 0;  ///< occupied voxels not covered, not given up
-  int given_up = 0;           ///< uncovered voxels that no reachable view was found for
-  int residual_new = 0;       ///< unknown voxels to be declared residual by this step
-  /// At kComplete: if a share p of the reachable views still gained the threshold, the chance that
-  /// all `tested` views missed it would be (1 - p)^tested; this is the p at which that is 1%.
-  double share_bound = 0;
-  int tested = 0;
+  double duration_s = 0;      ///< of the path at operating speeds; 0 without a path
+  int unknown_targets = 0;    ///< unknown voxels of W that count
+  int uncovered_targets = 0;  ///< uncovered voxels of W that count
+  int given_up = 0;           ///< uncovered voxels that do not: views of them failed too often
+  int residual_new = 0;       ///< unknown voxels that this step gives up
+  int tested = 0;             ///< reachable views that were below the threshold, one after another
+  /// If a share p of the reachable views were still above the threshold, all `tested` views would
+  /// miss it with probability (1 - p)^tested. This is the p at which that is 1%.
+  double share_bound = 1;
 };
 
 struct PlanStep {

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <span>
 
 #include "platform/core/fixed_vector.h"
 #include "platform/core/frames.h"
@@ -79,13 +81,13 @@ constexpr double WeightedGain(const GainConfig& config, const ViewGain& gain) {
 
 /// The gains of viewpoints over one state of the map.
 ///
-/// Update() takes a dense copy of the map's box, one byte a voxel; the rays then walk that copy. A
-/// ray passes the voxels whose half-open boxes its segment crosses, from the one that holds its
-/// origin on. It ends with the first occupied voxel (which it still counts), at its range, or where
-/// it leaves the stored box; it may start outside W, and only voxels within W count. Unknown voxels
-/// are passed, and count I_o = ln 2 (18) unless they are residual.
+/// Update() takes a dense copy of the map's box; the rays then walk that copy. A ray passes the
+/// voxels whose half-open boxes its segment crosses, from the one that holds its origin on. It ends
+/// with the first occupied voxel (which it still counts), at its range, or where it leaves W; it
+/// may start outside W, and only voxels within W count. Unknown voxels are passed, and count I_o =
+/// ln 2 (18) unless they are residual.
 ///
-/// All memory is taken at construction: five bytes a voxel of the box, see MemoryBytes().
+/// All memory is taken at construction: see MemoryBytes().
 class GainEvaluator {
  public:
   GainEvaluator(const GainConfig& config, const MapConfig& map);
@@ -95,8 +97,15 @@ class GainEvaluator {
 
   const GainConfig& config() const { return config_; }
 
-  /// Copies the state of `map`, which must have the configuration given at construction.
-  void Update(const VoxelGrid& map);
+  /// Copies the state of `map`, which must have the configuration given at construction. Voxels of
+  /// W with ignored[WorkspaceIndex] != 0 are not counted and not listed; empty: none.
+  void Update(const VoxelGrid& map, std::span<const std::uint8_t> ignored = {});
+
+  /// Unknown, counted voxels of W that share a face with a free one, and uncovered ones; z slowest.
+  std::span<const VoxelIndex> Frontier() const;
+  std::span<const VoxelIndex> Uncovered() const;
+  /// Unknown, counted voxels of W.
+  std::span<const VoxelIndex> Unknown() const;
 
   /// Visual gain (17) over `camera` (turned by X_WS) and coverage gain (21) over `probe`, from
   /// p_WP. An origin outside the stored box, or not finite, gains nothing. Cost: a few ns a voxel
@@ -104,22 +113,35 @@ class GainEvaluator {
   ViewGain Evaluate(const Viewpoint& view, const RaySet& camera, const RaySet& probe,
                     GainCount count);
 
-  /// Visual gain over `camera`; the coverage gain counts every uncovered occupied voxel of W whose
-  /// centre lies within the probe's radius of p_WP and in line of sight of it: what
-  /// VoxelGrid::MarkCovered would mark. Distinct, deterministic.
+  /// Visual gain over `camera`, distinct; the coverage gain counts every uncovered voxel whose
+  /// centre lies within the probe's radius of p_WP with no other occupied voxel before it: what
+  /// VoxelGrid::MarkCovered would mark. Deterministic.
   ViewGain EvaluateExact(const Viewpoint& view, const RaySet& camera);
 
   /// Evaluate() of many.
-  void EvaluateAll(const Viewpoint* views, int count, const RaySet& camera, const RaySet& probe,
-                   GainCount how, ViewGain* gains);
+  void EvaluateAll(std::span<const Viewpoint> views, const RaySet& camera, const RaySet& probe,
+                   GainCount how, std::span<ViewGain> gains);
 
-  /// The exact coverage count alone: voxels.
-  int CoverageCount(const Vector3d& p_WP) const;
+  /// Adds 1 (up to 255) to tally[WorkspaceIndex] of every voxel that EvaluateExact() counts.
+  void Tally(const Viewpoint& view, const RaySet& camera, std::span<std::uint8_t> tally);
+
+  /// Whether the segment from p_W to the voxel's centre meets no other occupied voxel before it.
+  bool InSight(const Vector3d& p_W, const VoxelIndex& target) const;
+
+  /// Place of a voxel of W in a dense array of W's voxels, x fastest.
+  int WorkspaceIndex(const VoxelIndex& v) const;
+  int workspace_voxels() const;
 
   std::size_t MemoryBytes() const;
 
  private:
   struct Cells;
+
+  void CollectLists();
+  template <typename Found>
+  void SearchUnknown(const Isometry3d& X_WS, const RaySet& camera, GainCount count, Found found);
+  template <typename Found>
+  void SearchUncovered(const Vector3d& p_WP, Found found) const;
 
   GainConfig config_;
   std::unique_ptr<Cells> cells_;

@@ -7,9 +7,12 @@
 
 #include "plan/cfnbv/cfnbv.h"
 #include "plan/cfnbv/cfnbv_paper.h"
+#include "plan/motion/motion_planner.h"
 #include "platform/core/time.h"
 
 namespace pipewright {
+
+struct MapCounts;
 
 enum class MissionState : std::uint8_t {
   kStart,       ///< waiting for every device to be enabled and fresh
@@ -66,24 +69,32 @@ constexpr const char* Name(StopReason r) {
 }
 
 struct MissionConfig {
-  static constexpr int kMaxPostures = 16;
+  static constexpr int kMaxLooks = 16;
 
   PlannerKind planner = PlannerKind::kCfnbv;
   CfnbvConfig cfnbv;
   CfnbvPaperConfig paper;
-  /// Looks to take first: arm joint angles minus those at the start, rad. One that would collide is
-  /// halved until it does not, at most twice, and else left out.
-  FixedVector<ArmVector, kMaxPostures> look_around;
-  Duration start_timeout = FromSeconds(10);  ///< for the devices
+  /// Looks to take first: arm joint angles minus those at the start, rad. One without a path is
+  /// halved until it has one, at most twice, and else left out.
+  FixedVector<ArmVector, kMaxLooks> looks;
+  Duration start_timeout = FromSeconds(10);  ///< for the devices to come up
+  Duration device_timeout = FromSeconds(1);  ///< a state that is invalid for so long is a fault
   Duration goal_timeout = FromSeconds(60);   ///< a goal not reached by then counts as stalled
-  Duration settle = FromSeconds(0.2);        ///< between a goal's end and the plan: a frame or two
+  Duration settle = FromSeconds(0.2);        ///< from a goal's end to the plan: a frame or two
   Duration mission_timeout = FromSeconds(3600);
-  int stalls_until_stuck = 6;
-  int failed_plans_until_stop = 3;  ///< kNoReachableView in a row, with frames between
+  int stalls_until_stuck = 8;       ///< in a row, with nothing newly seen or covered between
+  int failed_plans_until_stop = 8;  ///< kNoReachableView in a row
   std::uint64_t seed = 1;
 };
 
-/// The looks that suit the UF7's folded posture.
+constexpr bool Valid(const MissionConfig& c) {
+  return Valid(c.cfnbv) && Valid(c.paper) && c.start_timeout > Duration::zero() &&
+         c.device_timeout > Duration::zero() && c.goal_timeout > Duration::zero() &&
+         c.settle >= Duration::zero() && c.mission_timeout > Duration::zero() &&
+         c.stalls_until_stuck > 0 && c.failed_plans_until_stop > 0;
+}
+
+/// With the looks that suit the UF7's folded posture.
 MissionConfig DefaultMission();
 
 /// All that the mission knows in one step. The referents are of one moment, and only read.
@@ -100,34 +111,66 @@ struct MissionOutput {
   MissionState state = MissionState::kStart;
   StopReason stop = StopReason::kNone;
   bool new_goal = false;
-  bool planned = false;  ///< `numbers` and `decision` are of this step
+  bool planned = false;  ///< a plan was made in this step: `plan_status`, `decision`, `numbers`
+  Status plan_status = Status::kOk;
   PlanDecision decision = PlanDecision::kNoReachableView;
   PlanNumbers numbers;
+  int looks = 0;       ///< taken so far
   int plan_steps = 0;  ///< so far
-  int stalls = 0;      ///< so far
+  int reached = 0;     ///< goals of plans, so far
+  int stalls = 0;      ///< likewise
 };
 
 /// Runs one inspection: start, look around, then plan and move until the planner has nothing left,
 /// or something ends it. Pure: no clock, no I/O; a run is a function of its inputs and the seed.
-/// Planning happens inside Step() when the state is kPlan; all other steps take microseconds.
+/// Planning happens inside Step() when the state is kPlan (and for each look); all other steps take
+/// microseconds. All memory is taken at construction.
 class Mission {
  public:
   Mission(const MissionConfig& config, const MapConfig& map);
 
   MissionOutput Step(const MissionInput& input, Time now);
 
-  /// What the controller is to do now; id 0 is "stand still".
+  /// What the controller is to do now; id 0 is "stand still". Changes only in Step().
   const Goal& goal() const { return goal_; }
 
-  /// Unknown voxels that the last planning step gave up; the map's owner marks them residual.
+  /// Unknown voxels that the last planning step gave up; the map's owner is to mark them residual.
   std::span<const VoxelIndex> NewResidual() const;
 
  private:
+  bool Ended() const {
+    return out_.state == MissionState::kDone || out_.state == MissionState::kFault;
+  }
+  bool DeviceFault(const MissionInput& input, Time now);
+  void End(MissionState state, StopReason why);
+  void SetGoal(const Goal& goal, Time now);
+  GoalState FollowGoal(const GoalProgress& progress, Time now);
+  void StartStep(const MissionInput& input, Time now);
+  void LookStep(const MissionInput& input, Time now);
+  bool NextLook(const MissionInput& input, Time now);
+  void PlanningStep(const MissionInput& input, Time now);
+  void MoveStep(const MissionInput& input, Time now);
+  void NoteStall(const MapCounts& counts);
+
   MissionConfig config_;
   std::variant<std::monostate, Cfnbv, CfnbvPaper> planner_;
+  MotionPlanner motion_;  ///< for the looks
   Rng rng_;
   Goal goal_;
   MissionOutput out_;
+  bool begun_ = false;
+  Time begin_{};
+  Time last_valid_{};
+  Time goal_since_{};
+  Time settled_at_{};
+  ArmVector start_joints_ = ArmVector::Zero();
+  int next_look_ = 0;
+  std::uint32_t last_goal_id_ = 0;
+  GoalState last_outcome_ = GoalState::kNone;
+  int failed_plans_ = 0;
+  int stalls_in_row_ = 0;
+  int known_at_stall_ = 0;
+  int covered_at_stall_ = 0;
 };
 
 }  // namespace pipewright

@@ -1,0 +1,294 @@
+// SPDX-License-Identifier: MIT
+#include "plan/cfnbv/cfnbv.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "perception/map/distance_field.h"
+#include "perception/map/voxel_grid.h"
+#include "plan/cfnbv/failures.h"
+#include "plan/cfnbv/proposals.h"
+#include "plan/motion/edge.h"
+#include "platform/robot/uf7.h"
+
+namespace pipewright {
+namespace {
+
+constexpr int kMaxKept = 24;
+constexpr int kMaxCandidates = 400 + kMaxKept;
+constexpr double kOneStallFactor = 0.3;
+constexpr int kStallsUntilRefused = 2;
+/// Fewer tests than this share of stop_tests say too little to call W complete.
+constexpr double kTestsShare = 0.25;
+/// Rounds in one step whose every worthwhile view lacked a path, until the step gives in.
+constexpr int kPathlessRounds = 3;
+constexpr double kMissChance = 0.01;
+
+struct Candidate {
+  Configuration q = Configuration::Zero();
+  Viewpoint view;
+  CandidateKind kind = CandidateKind::kUniform;
+  ViewGain gain;
+  double weighted = 0;
+  double score = 0;  ///< upper bound until a path is known; 0: not to be taken
+};
+
+}  // namespace
+
+struct Cfnbv::Memory {
+  Memory(const CfnbvConfig& config, const MapConfig& map)
+      : gains(config.gain, map),
+        motion(config.motion),
+        camera(LatticeCameraRays(config.gain)),
+        failures(gains.workspace_voxels(), config.tries_per_voxel, config.stall_radius_m) {
+    residual.reserve(static_cast<std::size_t>(gains.workspace_voxels()));
+  }
+
+  GainEvaluator gains;
+  MotionPlanner motion;
+  RaySet camera;
+  Failures failures;
+  FixedVector<Candidate, kMaxCandidates> candidates;
+  FixedVector<Configuration, kMaxKept> kept;
+  std::vector<VoxelIndex> residual;
+  EdgeSpeeds speeds = SpeedsOf(TracerUf7());
+  Viewpoint last_view;
+  std::uint32_t last_id = 0;  ///< of the last goal; 0: none
+  int known_at_pathless = 0;
+  MotionPlanner::Path path;
+};
+
+Cfnbv::Cfnbv(const CfnbvConfig& config, const MapConfig& map)
+    : config_(config), memory_(std::make_unique<Memory>(config, map)) {
+  assert(Valid(config));
+}
+
+Cfnbv::~Cfnbv() = default;
+
+std::span<const VoxelIndex> Cfnbv::NewResidual() const { return memory_->residual; }
+
+/// Learns from how the last goal ended. `gains` must be fresh.
+void Cfnbv::NoteOutcome(const PlanInput& input) {
+  Memory& m = *memory_;
+  switch (input.outcome) {
+    case GoalState::kReached:
+      m.gains.Tally(ViewpointOf(input.q), m.camera, m.failures.unsettled());
+      break;
+    case GoalState::kStalled:
+      m.failures.AddStall(m.last_view);
+      break;
+    case GoalState::kNone:
+    case GoalState::kMoving:
+      break;
+  }
+  const MapCounts& counts = input.map.counts();
+  if (counts.free + counts.occupied >= m.known_at_pathless + config_.forget_voxels) {
+    m.failures.ForgetPathless();
+    m.known_at_pathless = counts.free + counts.occupied;
+  }
+}
+
+void Cfnbv::Refresh(const VoxelGrid& map) {
+  memory_->failures.Refresh();
+  memory_->gains.Update(map, memory_->failures.Ignored());
+}
+
+/// Gains and scores of the candidates. @returns how many are worth the way
+int Cfnbv::Evaluate(const PlanInput& input) {
+  Memory& m = *memory_;
+  int count = 0;
+  for (Candidate& c : m.candidates) {
+    c.view = ViewpointOf(c.q);
+    c.gain = m.gains.EvaluateExact(c.view, m.camera);
+    c.weighted = WeightedGain(config_.gain, c.gain);
+    const bool worthwhile = c.gain.unknown_voxels >= config_.stop_unknown ||
+                            c.gain.uncovered_voxels >= config_.stop_uncovered;
+    const int stalls = worthwhile ? m.failures.StallsNear(c.view) : 0;
+    if (!worthwhile || stalls >= kStallsUntilRefused) {
+      c.score = 0;
+      continue;
+    }
+    const double bound_s = Edge(input.q, c.q, m.speeds).duration_s();
+    c.score = c.weighted / (config_.overhead_s + bound_s) * (stalls == 0 ? 1 : kOneStallFactor);
+    ++count;
+  }
+  return count;
+}
+
+/// Takes the candidate of the best score for which there is a path. The scores are upper bounds
+/// (the straight edge is the shortest), so a path's own score ends the search when it beats the
+/// next bound. Views without a path are tallied.
+bool Cfnbv::Choose(const PlanInput& input, Rng& rng, PlanStep& step) {
+  Memory& m = *memory_;
+  const Surroundings around{input.field, input.map, input.scene};
+  double best_score = 0;
+  for (int i = 0; i < config_.paths; ++i) {
+    int next = -1;
+    for (int k = 0; k < m.candidates.size(); ++k) {
+      if (m.candidates[k].score > (next < 0 ? best_score : m.candidates[next].score)) {
+        next = k;
+      }
+    }
+    if (next < 0) {
+      break;
+    }
+    Candidate& c = m.candidates[next];
+    double duration_s = 0;
+    ++step.numbers.paths_tried;
+    const Status status = m.motion.Plan(around, input.q, c.q, rng, m.path, &duration_s);
+    if (status == Status::kOk) {
+      const double bound_s = Edge(input.q, c.q, m.speeds).duration_s();
+      const double score =
+          c.score * (config_.overhead_s + bound_s) / (config_.overhead_s + duration_s);
+      if (score > best_score) {
+        best_score = score;
+        Accept(next, m.path, duration_s, step);
+      }
+    } else {
+      m.gains.Tally(c.view, m.camera, m.failures.pathless());
+      step.status = status == Status::kFull ? Status::kFull : step.status;
+    }
+    c.score = 0;
+  }
+  return best_score > 0;
+}
+
+void Cfnbv::Accept(int candidate, const MotionPlanner::Path& path, double duration_s,
+                   PlanStep& step) {
+  const Candidate& c = memory_->candidates[candidate];
+  step.decision = PlanDecision::kGoal;
+  step.goal.p_WS = c.view.X_WS.translation();
+  step.goal.z_WS = c.view.X_WS.linear().col(2);
+  step.goal.path = path;
+  step.numbers.kind = c.kind;
+  step.numbers.gain_visual = c.gain.visual_nats;
+  step.numbers.gain_coverage = c.gain.coverage_nats;
+  step.numbers.gain_weighted = c.weighted;
+  step.numbers.duration_s = duration_s;
+  memory_->last_view = c.view;
+}
+
+/// Remembers the best configurations that were not tried.
+void Cfnbv::Keep() {
+  Memory& m = *memory_;
+  m.kept.clear();
+  while (!m.kept.full()) {
+    const auto best =
+        std::max_element(m.candidates.begin(), m.candidates.end(),
+                         [](const Candidate& a, const Candidate& b) { return a.score < b.score; });
+    if (best == m.candidates.end() || best->score <= 0 || !m.kept.push_back(best->q)) {
+      return;
+    }
+    best->score = 0;
+  }
+}
+
+void Cfnbv::Start(const PlanInput& input, PlanStep& step) {
+  Memory& m = *memory_;
+  m.residual.clear();
+  const MapCounts& counts = input.map.counts();
+  step.numbers.unknown_targets = static_cast<int>(m.gains.Unknown().size());
+  step.numbers.uncovered_targets = static_cast<int>(m.gains.Uncovered().size());
+  step.numbers.given_up = counts.occupied - counts.covered - step.numbers.uncovered_targets;
+}
+
+/// Fills the store of candidates with one round's draws.
+void Cfnbv::Propose(const PlanInput& input, Rng& rng, bool with_kept, PlanStep& step) {
+  Memory& m = *memory_;
+  const CollisionChecker checker({input.field, input.map, input.scene}, config_.motion.collision);
+  m.candidates.clear();
+  const auto take = [&](const std::optional<Configuration>& q, CandidateKind kind) {
+    ++step.numbers.candidates;
+    Candidate candidate;
+    candidate.kind = kind;
+    candidate.q = q.value_or(candidate.q);
+    if (q && !m.candidates.push_back(candidate)) {
+      step.status = Status::kFull;
+    }
+  };
+  for (int i = 0; with_kept && i < m.kept.size(); ++i) {
+    take(checker.Free(m.kept[i]) ? std::optional(m.kept[i]) : std::nullopt, CandidateKind::kKept);
+  }
+  Proposer proposer(checker, m.gains, input.q, rng);
+  const std::pair<CandidateKind, int> draws[] = {
+      {CandidateKind::kUncovered, config_.uncovered_candidates},
+      {CandidateKind::kUnknown, config_.unknown_candidates},
+      {CandidateKind::kNear, config_.near_candidates},
+      {CandidateKind::kFar, config_.far_candidates}};
+  for (const auto& [kind, count] : draws) {
+    for (int i = 0; i < count; ++i) {
+      take(proposer.Draw(kind), kind);
+    }
+  }
+  step.numbers.reachable += m.candidates.size();
+}
+
+/// Nothing worthwhile is left: says what that means, and gives up the unknown voxels.
+void Cfnbv::Finish(const PlanInput& input, PlanStep& step) {
+  const MapCounts& counts = input.map.counts();
+  const int tested = step.numbers.tested;
+  const bool nothing_left =
+      step.numbers.unknown_targets == 0 && step.numbers.uncovered_targets == 0;
+  const bool enough = nothing_left || tested >= kTestsShare * config_.stop_tests;
+  const int known = counts.free + counts.occupied;
+  if (tested > 0) {
+    step.numbers.share_bound = 1 - std::pow(kMissChance, 1.0 / tested);
+  }
+  if (!enough || known < config_.complete_known_share * counts.total ||
+      counts.covered < config_.complete_covered_share * counts.occupied) {
+    return;
+  }
+  step.decision = PlanDecision::kComplete;
+  const VoxelIndex& lo = input.map.config().workspace_lo;
+  const VoxelIndex& hi = input.map.config().workspace_hi;
+  for (int z = lo.z; z <= hi.z; ++z) {
+    for (int y = lo.y; y <= hi.y; ++y) {
+      for (int x = lo.x; x <= hi.x; ++x) {
+        const VoxelIndex v{x, y, z};
+        if (input.map.State(v) == VoxelState::kUnknown && !input.map.Residual(v)) {
+          memory_->residual.push_back(v);
+        }
+      }
+    }
+  }
+  step.numbers.residual_new = static_cast<int>(memory_->residual.size());
+}
+
+PlanStep Cfnbv::Plan(const PlanInput& input, Rng& rng) {
+  Memory& m = *memory_;
+  PlanStep step;
+  Refresh(input.map);
+  NoteOutcome(input);
+  Refresh(input.map);
+  Start(input, step);
+
+  const bool nothing_left = m.gains.Unknown().empty() && m.gains.Uncovered().empty();
+  int pathless_rounds = 0;
+  for (int round = 0; round < config_.rounds && !nothing_left; ++round) {
+    Propose(input, rng, round == 0, step);
+    const int worthwhile = Evaluate(input);
+    step.numbers.worthwhile += worthwhile;
+    if (worthwhile == 0) {
+      step.numbers.tested += m.candidates.size();
+      if (step.numbers.tested >= config_.stop_tests) {
+        break;
+      }
+    } else if (Choose(input, rng, step)) {
+      step.goal.id = ++m.last_id;
+      Keep();
+      return step;
+    } else if (++pathless_rounds == kPathlessRounds) {
+      return step;
+    } else {
+      Refresh(input.map);
+    }
+  }
+  Finish(input, step);
+  return step;
+}
+
+}  // namespace pipewright

@@ -1,0 +1,140 @@
+// SPDX-License-Identifier: MIT
+#include "plan/cfnbv/proposals.h"
+
+#include <algorithm>
+#include <numbers>
+
+#include "perception/map/distance_field.h"
+#include "perception/map/voxel_grid.h"
+#include "plan/motion/inverse_kinematics.h"
+#include "platform/robot/kinematics.h"
+#include "platform/robot/uf7.h"
+
+namespace pipewright {
+namespace {
+
+constexpr double kNearJointsSigma_rad = 0.5;
+constexpr double kNearTurnSigma_rad = 0.4;
+constexpr double kNearDriveSigma_m = 0.2;
+constexpr double kFarJointsSigma_rad = 0.9;
+constexpr double kToolRoom_m = 0.07;  ///< an aimed sensor keeps at least this to obstacles
+constexpr double kBaseReach_m = 0.8;  ///< the base is tried this far around a target
+constexpr double kJointMargin_rad = 0.05;
+constexpr int kStandpointDraws = 8;
+
+/// Aimed at a surface the probe must be within its radius; P lies 45 mm beside S.
+constexpr double kProbeDistanceMin_m = 0.15;
+constexpr double kProbeDistanceMax_m = 0.34;
+constexpr double kCameraDistanceMin_m = 0.30;
+constexpr double kCameraDistanceMax_m = 1.20;
+
+}  // namespace
+
+Viewpoint ViewpointOf(const Configuration& q) {
+  const Kinematics<kArmJoints> robot(TracerUf7(), q);
+  return {robot.X_WS(), robot.p_WP()};
+}
+
+Vector3d Proposer::RandomVector() {
+  const double x = rng_.Normal();
+  const double y = rng_.Normal();
+  return {x, y, rng_.Normal()};
+}
+
+Configuration Proposer::WithJointNoise(Configuration q, double sigma_rad) {
+  for (int i = 0; i < kArmJoints; ++i) {
+    const ArmJoint& joint = TracerUf7().arm.joints[i];
+    q(3 + i) = std::clamp(q(3 + i) + sigma_rad * rng_.Normal(), joint.q_min_rad + kJointMargin_rad,
+                          joint.q_max_rad - kJointMargin_rad);
+  }
+  return q;
+}
+
+/// A base pose about W, the arm folded or as it is.
+Configuration Proposer::Somewhere() {
+  const MapConfig& map = checker_.around().map.config();
+  Configuration q = q_;
+  q(0) = map.width_m * rng_.Uniform(map.lo.x, map.hi.x + 1);
+  q(1) = map.width_m * rng_.Uniform(map.lo.y, map.hi.y + 1);
+  q(2) = rng_.Uniform(-std::numbers::pi, std::numbers::pi);
+  if (rng_.Uniform() < 0.5) {
+    q.tail<kArmJoints>() = HomeJoints(TracerUf7());
+  }
+  return q;
+}
+
+std::optional<Configuration> Proposer::Near() {
+  Configuration q = q_;
+  if (rng_.Uniform() < 0.5) {
+    const double drive_m = kNearDriveSigma_m * rng_.Normal();
+    q(0) += drive_m * std::cos(q(2));
+    q(1) += drive_m * std::sin(q(2));
+    q(2) += kNearTurnSigma_rad * rng_.Normal();
+  }
+  q = WithJointNoise(q, kNearJointsSigma_rad);
+  return checker_.Free(q) ? std::optional(q) : std::nullopt;
+}
+
+std::optional<Configuration> Proposer::Far() {
+  const Configuration q = WithJointNoise(Somewhere(), kFarJointsSigma_rad);
+  return checker_.Free(q) ? std::optional(q) : std::nullopt;
+}
+
+/// A point that is no obstacle's, in sight of the target at a distance within the bounds.
+std::optional<Vector3d> Proposer::Standpoint(const VoxelIndex& target, double distance_min_m,
+                                             double distance_max_m) {
+  const VoxelGrid& map = checker_.around().map;
+  const Vector3d center = map.Center(target);
+  for (int i = 0; i < kStandpointDraws; ++i) {
+    const Vector3d away = RandomVector().normalized();
+    const Vector3d p_W = center + rng_.Uniform(distance_min_m, distance_max_m) * away;
+    if (!map.Obstacle(map.VoxelOf(p_W)) && gains_.InSight(p_W, target) &&
+        checker_.around().field.Distance(p_W) >= kToolRoom_m) {
+      return p_W;
+    }
+  }
+  return std::nullopt;
+}
+
+std::optional<Configuration> Proposer::At(std::span<const VoxelIndex> targets,
+                                          double distance_min_m, double distance_max_m,
+                                          double axis_spread) {
+  if (targets.empty()) {
+    return std::nullopt;
+  }
+  const VoxelIndex target =
+      targets[static_cast<std::size_t>(rng_.Index(static_cast<int>(targets.size())))];
+  const std::optional<Vector3d> p_WS = Standpoint(target, distance_min_m, distance_max_m);
+  if (!p_WS) {
+    return std::nullopt;
+  }
+  const Vector3d toward = (checker_.around().map.Center(target) - *p_WS).normalized();
+  SensorTarget sensor{*p_WS, (toward + axis_spread * RandomVector()).normalized()};
+  ReachConfig reach{.hold_base = rng_.Uniform() < 0.4, .attempts = 2};
+  Configuration seed = q_;
+  if (!reach.hold_base && rng_.Uniform() < 0.4) {
+    seed = Somewhere();
+    seed(0) = p_WS->x() + rng_.Uniform(-kBaseReach_m, kBaseReach_m);
+    seed(1) = p_WS->y() + rng_.Uniform(-kBaseReach_m, kBaseReach_m);
+  }
+  return Reach(checker_, sensor, seed, rng_, reach);
+}
+
+std::optional<Configuration> Proposer::Draw(CandidateKind kind) {
+  switch (kind) {
+    case CandidateKind::kNear:
+      return Near();
+    case CandidateKind::kFar:
+      return Far();
+    case CandidateKind::kUnknown:
+      return At(gains_.Frontier(), kCameraDistanceMin_m, kCameraDistanceMax_m, 0.1);
+    case CandidateKind::kUncovered:
+      return At(gains_.Uncovered(), kProbeDistanceMin_m, kProbeDistanceMax_m, 0.5);
+    case CandidateKind::kUniform:
+    case CandidateKind::kKept:
+      return std::nullopt;
+  }
+  return std::nullopt;
+}
+
+}  // namespace pipewright

@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: MIT
+#include "plan/gain/cells.h"
+
+#include <algorithm>
+
+namespace pipewright {
+namespace {
+
+int Count(const VoxelIndex& lo, const VoxelIndex& hi) {
+  return (hi.x - lo.x + 1) * (hi.y - lo.y + 1) * (hi.z - lo.z + 1);
+}
+
+}  // namespace
+
+GainEvaluator::Cells::Cells(const MapConfig& config)
+    : map(config),
+      nx(config.hi.x - config.lo.x + 3),
+      ny(config.hi.y - config.lo.y + 3),
+      nz(config.hi.z - config.lo.z + 3),
+      workspace_voxels(Count(config.workspace_lo, config.workspace_hi)),
+      flags(static_cast<std::size_t>(nx * ny * nz), kBorder),
+      stamps(flags.size(), 0),
+      workspace_index(flags.size(), -1) {
+  const VoxelIndex& lo = map.workspace_lo;
+  const VoxelIndex& hi = map.workspace_hi;
+  int next = 0;
+  for (int z = lo.z; z <= hi.z; ++z) {
+    for (int y = lo.y; y <= hi.y; ++y) {
+      for (int x = lo.x; x <= hi.x; ++x) {
+        workspace_index[Index({x, y, z})] = next++;
+      }
+    }
+  }
+  for (std::vector<VoxelIndex>* list : {&unknown, &frontier, &uncovered}) {
+    list->reserve(static_cast<std::size_t>(workspace_voxels));
+  }
+}
+
+bool GainEvaluator::Cells::Blocked(const Vector3d& origin, const Vector3d& direction,
+                                   double length) const {
+  bool blocked = false;
+  Walk(origin, direction, length, [&](int cell) {
+    blocked = (flags[cell] & kOccupied) != 0;
+    return !blocked && (flags[cell] & kBorder) == 0;
+  });
+  return blocked;
+}
+
+bool GainEvaluator::Cells::InSight(const Vector3d& origin, const Vector3d& way, int target) const {
+  bool seen = false;
+  Walk(origin, way, 1.0, [&](int cell) {
+    seen = cell == target;
+    return !seen && (flags[cell] & (kOccupied | kBorder)) == 0;
+  });
+  return seen;
+}
+
+void GainEvaluator::Cells::NewStamp() {
+  if (++stamp == 0) {
+    std::fill(stamps.begin(), stamps.end(), 0U);
+    stamp = 1;
+  }
+}
+
+}  // namespace pipewright

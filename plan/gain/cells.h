@@ -1,0 +1,146 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <vector>
+
+#include "perception/map/voxel_grid.h"
+#include "plan/gain/gain.h"
+
+namespace pipewright {
+
+/// The evaluator's dense copy of the map, one byte a voxel, with a border one cell wide, so that a
+/// walk needs no bounds check but the flag's.
+struct GainEvaluator::Cells {
+  enum Flag : std::uint8_t {
+    kInWorkspace = 1,
+    kUnknown = 2,    ///< in W, counted
+    kOccupied = 4,   ///< a surface, in W or not
+    kUncovered = 8,  ///< in W, occupied, counted
+    kBorder = 16,    ///< outside the stored box
+    kFree = 32,
+  };
+
+  explicit Cells(const MapConfig& config);
+
+  int Index(const VoxelIndex& v) const {
+    return v.x - map.lo.x + 1 + nx * (v.y - map.lo.y + 1 + ny * (v.z - map.lo.z + 1));
+  }
+
+  /// In units of cells, measured from the corner of cell (0, 0, 0), which lies in the border.
+  Vector3d InCells(const Vector3d& p_W) const {
+    return p_W / map.width_m - Vector3d(map.lo.x - 1, map.lo.y - 1, map.lo.z - 1);
+  }
+
+  Vector3d CenterInCells(const VoxelIndex& v) const {
+    return {v.x - map.lo.x + 1.5, v.y - map.lo.y + 1.5, v.z - map.lo.z + 1.5};
+  }
+
+  /// Also false when p is not finite.
+  bool InBox(const Vector3d& p) const {
+    return 1 <= p.x() && p.x() < nx - 1 && 1 <= p.y() && p.y() < ny - 1 && 1 <= p.z() &&
+           p.z() < nz - 1;
+  }
+
+  /// Calls visit(cell) for each cell that the segment {origin + t direction, 0 <= t <= length}
+  /// crosses, in order, until it returns false. Amanatides, Woo: A fast voxel traversal algorithm
+  /// for ray tracing, 1987. All in cells; the origin in the box; visit stops at the border.
+  template <typename Visit>
+  void Walk(const Vector3d& origin, const Vector3d& direction, double length, Visit visit) const;
+
+  /// Whether a surface lies on the ray before `length`.
+  bool Blocked(const Vector3d& origin, const Vector3d& direction, double length) const;
+
+  /// Calls found(cell) for the cells with flag `wanted` that the ray passes, up to and with the
+  /// first surface, up to where it leaves W (which is convex: it does not come back).
+  template <typename Found>
+  void Search(const Vector3d& origin, const Vector3d& direction, double length, Flag wanted,
+              Found found) const;
+
+  /// As Search(), each cell once between two NewStamp().
+  template <typename Found>
+  void SearchDistinct(const Vector3d& origin, const Vector3d& direction, double length, Flag wanted,
+                      Found found);
+
+  /// Whether the first surface on the way (in cells) from `origin` is `target`.
+  bool InSight(const Vector3d& origin, const Vector3d& way, int target) const;
+
+  /// A stamp that no cell bears.
+  void NewStamp();
+
+  MapConfig map;
+  int nx;
+  int ny;
+  int nz;
+  int workspace_voxels;
+  std::vector<std::uint8_t> flags;
+  std::vector<std::uint32_t> stamps;
+  std::vector<std::int32_t> workspace_index;  ///< of a cell; -1 outside W
+  std::uint32_t stamp = 0;
+  std::vector<VoxelIndex> unknown;
+  std::vector<VoxelIndex> frontier;
+  std::vector<VoxelIndex> uncovered;
+};
+
+template <typename Visit>
+void GainEvaluator::Cells::Walk(const Vector3d& origin, const Vector3d& direction, double length,
+                                Visit visit) const {
+  const std::array<int, 3> stride{1, nx, nx * ny};
+  std::array<int, 3> step{};
+  std::array<double, 3> t_next{};
+  std::array<double, 3> t_cell{};
+  int cell = 0;
+  for (int i = 0; i < 3; ++i) {
+    const double floor = std::floor(origin[i]);
+    cell += static_cast<int>(floor) * stride[i];
+    const double d = direction[i];
+    const bool moves = d != 0;
+    step[i] = d > 0 ? stride[i] : -stride[i];
+    t_cell[i] = moves ? std::abs(1 / d) : 0;
+    t_next[i] = moves ? ((d > 0 ? floor + 1 : floor) - origin[i]) / d
+                      : std::numeric_limits<double>::infinity();
+  }
+  while (visit(cell)) {
+    const int xy = t_next[0] < t_next[1] ? 0 : 1;
+    const int axis = t_next[xy] < t_next[2] ? xy : 2;
+    if (t_next[axis] > length) {
+      return;
+    }
+    cell += step[axis];
+    t_next[axis] += t_cell[axis];
+  }
+}
+
+template <typename Found>
+void GainEvaluator::Cells::Search(const Vector3d& origin, const Vector3d& direction, double length,
+                                  Flag wanted, Found found) const {
+  bool entered = false;
+  Walk(origin, direction, length, [&](int cell) {
+    const std::uint8_t here = flags[cell];
+    const bool inside = (here & kInWorkspace) != 0;
+    if ((here & kBorder) != 0 || (entered && !inside)) {
+      return false;
+    }
+    entered = inside;
+    if ((here & wanted) != 0) {
+      found(cell);
+    }
+    return (here & kOccupied) == 0;
+  });
+}
+
+template <typename Found>
+void GainEvaluator::Cells::SearchDistinct(const Vector3d& origin, const Vector3d& direction,
+                                          double length, Flag wanted, Found found) {
+  Search(origin, direction, length, wanted, [&](int cell) {
+    if (stamps[cell] != stamp) {
+      stamps[cell] = stamp;
+      found(cell);
+    }
+  });
+}
+
+}  // namespace pipewright

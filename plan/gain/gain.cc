@@ -1,0 +1,206 @@
+// SPDX-License-Identifier: MIT
+#include "plan/gain/gain.h"
+
+#include <cassert>
+#include <numbers>
+
+#include "perception/map/voxel_grid.h"
+#include "plan/gain/cells.h"
+
+namespace pipewright {
+namespace {
+
+constexpr double kNatsPerVoxel =
+    std::numbers::ln2;  // (18) at p = 0.5; (22) with its sign corrected
+
+ViewGain GainOf(int unknown, int uncovered) {
+  return {kNatsPerVoxel * unknown, kNatsPerVoxel * uncovered, unknown, uncovered};
+}
+
+}  // namespace
+
+GainEvaluator::GainEvaluator(const GainConfig& config, const MapConfig& map)
+    : config_(config), cells_(std::make_unique<Cells>(map)) {
+  assert(Valid(config));
+}
+
+GainEvaluator::~GainEvaluator() = default;
+
+void GainEvaluator::Update(const VoxelGrid& map, std::span<const std::uint8_t> ignored) {
+  Cells& c = *cells_;
+  assert(ignored.empty() || static_cast<int>(ignored.size()) == c.workspace_voxels);
+  for (int z = c.map.lo.z; z <= c.map.hi.z; ++z) {
+    for (int y = c.map.lo.y; y <= c.map.hi.y; ++y) {
+      for (int x = c.map.lo.x; x <= c.map.hi.x; ++x) {
+        const VoxelIndex v{x, y, z};
+        const int cell = c.Index(v);
+        const int in_workspace = c.workspace_index[cell];
+        const bool inside = in_workspace >= 0;
+        const bool counted = inside && (ignored.empty() || ignored[in_workspace] == 0);
+        int flags = inside ? Cells::kInWorkspace : 0;
+        switch (map.State(v)) {
+          case VoxelState::kFree:
+            flags |= Cells::kFree;
+            break;
+          case VoxelState::kUnknown:
+            flags |= counted && !map.Residual(v) ? Cells::kUnknown : 0;
+            break;
+          case VoxelState::kOccupied:
+            flags |= Cells::kOccupied;
+            flags |= counted && !map.Covered(v) ? Cells::kUncovered : 0;
+            break;
+        }
+        c.flags[cell] = static_cast<std::uint8_t>(flags);
+      }
+    }
+  }
+  CollectLists();
+}
+
+void GainEvaluator::CollectLists() {
+  Cells& c = *cells_;
+  c.unknown.clear();
+  c.frontier.clear();
+  c.uncovered.clear();
+  const VoxelIndex& lo = c.map.workspace_lo;
+  const VoxelIndex& hi = c.map.workspace_hi;
+  for (int z = lo.z; z <= hi.z; ++z) {
+    for (int y = lo.y; y <= hi.y; ++y) {
+      for (int x = lo.x; x <= hi.x; ++x) {
+        const VoxelIndex v{x, y, z};
+        const int cell = c.Index(v);
+        if ((c.flags[cell] & Cells::kUncovered) != 0) {
+          c.uncovered.push_back(v);
+        }
+        if ((c.flags[cell] & Cells::kUnknown) == 0) {
+          continue;
+        }
+        c.unknown.push_back(v);
+        const int beside = c.flags[cell - 1] | c.flags[cell + 1] | c.flags[cell - c.nx] |
+                           c.flags[cell + c.nx] | c.flags[cell - c.nx * c.ny] |
+                           c.flags[cell + c.nx * c.ny];
+        if ((beside & Cells::kFree) != 0) {
+          c.frontier.push_back(v);
+        }
+      }
+    }
+  }
+}
+
+std::span<const VoxelIndex> GainEvaluator::Frontier() const { return cells_->frontier; }
+std::span<const VoxelIndex> GainEvaluator::Uncovered() const { return cells_->uncovered; }
+std::span<const VoxelIndex> GainEvaluator::Unknown() const { return cells_->unknown; }
+
+/// Calls found(cell) for every unknown voxel that `camera` passes at X_WS, once a ray or once.
+template <typename Found>
+void GainEvaluator::SearchUnknown(const Isometry3d& X_WS, const RaySet& camera, GainCount count,
+                                  Found found) {
+  Cells& c = *cells_;
+  const Vector3d origin = c.InCells(X_WS.translation());
+  if (!c.InBox(origin)) {
+    return;
+  }
+  const double range = config_.range_m / c.map.width_m;
+  const double range_min = config_.range_min_m / c.map.width_m;
+  c.NewStamp();
+  for (const Vector3d& direction_S : camera.directions) {
+    const Vector3d direction = X_WS.linear() * direction_S;
+    if (range_min > 0 && c.Blocked(origin, direction, range_min)) {
+      continue;
+    }
+    if (count == GainCount::kDistinct) {
+      c.SearchDistinct(origin, direction, range, Cells::kUnknown, found);
+    } else {
+      c.Search(origin, direction, range, Cells::kUnknown, found);
+    }
+  }
+}
+
+/// Calls found(cell) for every uncovered voxel within the probe's radius and in line of sight.
+template <typename Found>
+void GainEvaluator::SearchUncovered(const Vector3d& p_WP, Found found) const {
+  const Cells& c = *cells_;
+  const Vector3d origin = c.InCells(p_WP);
+  if (!c.InBox(origin)) {
+    return;
+  }
+  const double radius = config_.probe_radius_m / c.map.width_m;
+  for (const VoxelIndex& v : c.uncovered) {
+    const Vector3d way = c.CenterInCells(v) - origin;
+    const int cell = c.Index(v);
+    if (way.squaredNorm() <= radius * radius && c.InSight(origin, way, cell)) {
+      found(cell);
+    }
+  }
+}
+
+ViewGain GainEvaluator::Evaluate(const Viewpoint& view, const RaySet& camera, const RaySet& probe,
+                                 GainCount count) {
+  Cells& c = *cells_;
+  int unknown = 0;
+  SearchUnknown(view.X_WS, camera, count, [&](int) { ++unknown; });
+  int uncovered = 0;
+  const Vector3d origin = c.InCells(view.p_WP);
+  if (c.InBox(origin)) {
+    const double radius = config_.probe_radius_m / c.map.width_m;
+    const auto found = [&](int) { ++uncovered; };
+    c.NewStamp();
+    for (const Vector3d& direction : probe.directions) {
+      if (count == GainCount::kDistinct) {
+        c.SearchDistinct(origin, direction, radius, Cells::kUncovered, found);
+      } else {
+        c.Search(origin, direction, radius, Cells::kUncovered, found);
+      }
+    }
+  }
+  return GainOf(unknown, uncovered);
+}
+
+ViewGain GainEvaluator::EvaluateExact(const Viewpoint& view, const RaySet& camera) {
+  int unknown = 0;
+  int uncovered = 0;
+  SearchUnknown(view.X_WS, camera, GainCount::kDistinct, [&](int) { ++unknown; });
+  SearchUncovered(view.p_WP, [&](int) { ++uncovered; });
+  return GainOf(unknown, uncovered);
+}
+
+void GainEvaluator::EvaluateAll(std::span<const Viewpoint> views, const RaySet& camera,
+                                const RaySet& probe, GainCount how, std::span<ViewGain> gains) {
+  assert(views.size() <= gains.size());
+  for (std::size_t i = 0; i < views.size(); ++i) {
+    gains[i] = Evaluate(views[i], camera, probe, how);
+  }
+}
+
+void GainEvaluator::Tally(const Viewpoint& view, const RaySet& camera,
+                          std::span<std::uint8_t> tally) {
+  assert(static_cast<int>(tally.size()) == workspace_voxels());
+  const auto add = [&](int cell) {
+    std::uint8_t& count = tally[cells_->workspace_index[cell]];
+    count = static_cast<std::uint8_t>(count + (count < 255 ? 1 : 0));
+  };
+  SearchUnknown(view.X_WS, camera, GainCount::kDistinct, add);
+  SearchUncovered(view.p_WP, add);
+}
+
+bool GainEvaluator::InSight(const Vector3d& p_W, const VoxelIndex& target) const {
+  const Cells& c = *cells_;
+  const Vector3d origin = c.InCells(p_W);
+  return c.InBox(origin) && c.InSight(origin, c.CenterInCells(target) - origin, c.Index(target));
+}
+
+int GainEvaluator::WorkspaceIndex(const VoxelIndex& v) const {
+  return cells_->workspace_index[cells_->Index(v)];
+}
+
+int GainEvaluator::workspace_voxels() const { return cells_->workspace_voxels; }
+
+std::size_t GainEvaluator::MemoryBytes() const {
+  const Cells& c = *cells_;
+  const std::size_t per_cell =
+      sizeof(c.flags[0]) + sizeof(c.stamps[0]) + sizeof(c.workspace_index[0]);
+  return sizeof(Cells) + c.flags.size() * per_cell +
+         3 * static_cast<std::size_t>(c.workspace_voxels) * sizeof(VoxelIndex);
+}
+
+}  // namespace pipewright

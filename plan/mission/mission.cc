@@ -1,0 +1,232 @@
+// SPDX-License-Identifier: MIT
+#include "plan/mission/mission.h"
+
+#include <cassert>
+
+#include "perception/map/distance_field.h"
+#include "perception/map/voxel_grid.h"
+#include "plan/cfnbv/proposals.h"
+
+namespace pipewright {
+
+MissionConfig DefaultMission() {
+  MissionConfig config;
+  // Joint 1 turns the arm about the vertical, joint 6 nods the camera.
+  constexpr double kLooks[][2] = {{0, -0.5}, {0, 0.5},  {0.7, 0},     {1.4, -0.3}, {1.4, 0.3},
+                                  {0, 0},    {-0.7, 0}, {-1.4, -0.3}, {-1.4, 0.3}, {0, 0}};
+  for (const auto& [turn_rad, nod_rad] : kLooks) {
+    ArmVector look = ArmVector::Zero();
+    look(0) = turn_rad;
+    look(5) = nod_rad;
+    const bool fits = config.looks.push_back(look);
+    assert(fits);
+    static_cast<void>(fits);
+  }
+  return config;
+}
+
+Mission::Mission(const MissionConfig& config, const MapConfig& map)
+    : config_(config), motion_(config.cfnbv.motion), rng_(config.seed) {
+  assert(Valid(config));
+  switch (config.planner) {
+    case PlannerKind::kCfnbv:
+      planner_.emplace<Cfnbv>(config.cfnbv, map);
+      break;
+    case PlannerKind::kCfnbvPaper:
+      planner_.emplace<CfnbvPaper>(config.paper, map);
+      break;
+  }
+}
+
+std::span<const VoxelIndex> Mission::NewResidual() const {
+  const Cfnbv* cfnbv = std::get_if<Cfnbv>(&planner_);
+  return cfnbv == nullptr ? std::span<const VoxelIndex>() : cfnbv->NewResidual();
+}
+
+MissionOutput Mission::Step(const MissionInput& input, Time now) {
+  out_.new_goal = false;
+  out_.planned = false;
+  if (Ended()) {
+    return out_;
+  }
+  if (!begun_) {
+    begun_ = true;
+    begin_ = now;
+    last_valid_ = now;
+  }
+  if (DeviceFault(input, now)) {
+    End(MissionState::kFault, StopReason::kDeviceFault);
+  } else if (now - begin_ > config_.mission_timeout) {
+    End(MissionState::kDone, StopReason::kTimeout);
+  }
+  switch (out_.state) {
+    case MissionState::kStart:
+      StartStep(input, now);
+      break;
+    case MissionState::kLookAround:
+      LookStep(input, now);
+      break;
+    case MissionState::kPlan:
+      PlanningStep(input, now);
+      break;
+    case MissionState::kMove:
+      MoveStep(input, now);
+      break;
+    case MissionState::kDone:
+    case MissionState::kFault:
+      break;
+  }
+  return out_;
+}
+
+bool Mission::DeviceFault(const MissionInput& input, Time now) {
+  if (input.robot.valid && !input.robot.emergency_stop) {
+    last_valid_ = now;
+  }
+  const Duration patience =
+      out_.state == MissionState::kStart ? config_.start_timeout : config_.device_timeout;
+  return input.device_fault || now - last_valid_ > patience;
+}
+
+void Mission::End(MissionState state, StopReason why) {
+  out_.state = state;
+  out_.stop = why;
+  out_.new_goal = goal_.id != 0;
+  goal_ = Goal{};
+}
+
+/// Gives the goal the next id of the mission: planners and looks number theirs apart.
+void Mission::SetGoal(const Goal& goal, Time now) {
+  goal_ = goal;
+  goal_.id = ++last_goal_id_;
+  goal_since_ = now;
+  out_.new_goal = true;
+}
+
+/// How the goal stands; kMoving until it has ended, or has no time left.
+GoalState Mission::FollowGoal(const GoalProgress& progress, Time now) {
+  const bool answered = progress.id == goal_.id;
+  if (answered && progress.state == GoalState::kReached) {
+    return GoalState::kReached;
+  }
+  if ((answered && progress.state == GoalState::kStalled) ||
+      now - goal_since_ > config_.goal_timeout) {
+    return GoalState::kStalled;
+  }
+  return GoalState::kMoving;
+}
+
+void Mission::StartStep(const MissionInput& input, Time now) {
+  if (!input.robot.valid || input.robot.emergency_stop) {
+    return;
+  }
+  start_joints_ = input.robot.q.tail<kArmJoints>();
+  settled_at_ = now + config_.settle;
+  out_.state = MissionState::kLookAround;
+}
+
+void Mission::LookStep(const MissionInput& input, Time now) {
+  if (goal_.id != 0 && FollowGoal(input.progress, now) == GoalState::kMoving) {
+    return;
+  }
+  if (goal_.id != 0) {
+    goal_ = Goal{};
+    settled_at_ = now + config_.settle;
+  }
+  if (now < settled_at_) {
+    return;
+  }
+  while (next_look_ < config_.looks.size()) {
+    if (NextLook(input, now)) {
+      ++out_.looks;
+      return;
+    }
+  }
+  out_.state = MissionState::kPlan;
+}
+
+/// Sets the next look as the goal. @returns whether there is a way to it
+bool Mission::NextLook(const MissionInput& input, Time now) {
+  constexpr int kHalvings = 2;
+  const ArmVector& look = config_.looks[next_look_++];
+  double share = 1;
+  for (int i = 0; i <= kHalvings; ++i, share /= 2) {
+    Configuration q = input.robot.q;
+    q.tail<kArmJoints>() = start_joints_ + share * look;
+    Goal goal;
+    double duration_s = 0;
+    const Surroundings around{input.field, input.map, input.scene};
+    if (motion_.Plan(around, input.robot.q, q, rng_, goal.path, &duration_s) == Status::kOk) {
+      const Viewpoint view = ViewpointOf(q);
+      goal.p_WS = view.X_WS.translation();
+      goal.z_WS = view.X_WS.linear().col(2);
+      SetGoal(goal, now);
+      return true;
+    }
+  }
+  return false;
+}
+
+void Mission::PlanningStep(const MissionInput& input, Time now) {
+  if (now < settled_at_) {
+    return;
+  }
+  const PlanInput plan_input{input.map, input.field, input.scene, input.robot.q, last_outcome_};
+  Cfnbv* cfnbv = std::get_if<Cfnbv>(&planner_);
+  const PlanStep plan = cfnbv != nullptr ? cfnbv->Plan(plan_input, rng_)
+                                         : std::get<CfnbvPaper>(planner_).Plan(plan_input, rng_);
+  ++out_.plan_steps;
+  out_.planned = true;
+  out_.plan_status = plan.status;
+  out_.decision = plan.decision;
+  out_.numbers = plan.numbers;
+  last_outcome_ = GoalState::kNone;
+  switch (plan.decision) {
+    case PlanDecision::kGoal:
+      failed_plans_ = 0;
+      SetGoal(plan.goal, now);
+      out_.state = MissionState::kMove;
+      return;
+    case PlanDecision::kComplete:
+      return End(MissionState::kDone, StopReason::kComplete);
+    case PlanDecision::kNoReachableView:
+      settled_at_ = now + config_.settle;
+      if (++failed_plans_ >= config_.failed_plans_until_stop) {
+        End(MissionState::kDone, StopReason::kNoReachableView);
+      }
+      return;
+  }
+}
+
+void Mission::MoveStep(const MissionInput& input, Time now) {
+  const GoalState state = FollowGoal(input.progress, now);
+  if (state == GoalState::kMoving) {
+    return;
+  }
+  last_outcome_ = state;
+  if (state == GoalState::kReached) {
+    ++out_.reached;
+    stalls_in_row_ = 0;
+  } else {
+    NoteStall(input.map.counts());
+    if (stalls_in_row_ >= config_.stalls_until_stuck) {
+      return End(MissionState::kDone, StopReason::kStuck);
+    }
+  }
+  goal_ = Goal{};
+  out_.new_goal = true;
+  settled_at_ = now + config_.settle;
+  out_.state = MissionState::kPlan;
+}
+
+/// Counts a stall, from one again when something was newly seen or covered since the last.
+void Mission::NoteStall(const MapCounts& counts) {
+  ++out_.stalls;
+  const int known = counts.free + counts.occupied;
+  const bool progress = known > known_at_stall_ || counts.covered > covered_at_stall_;
+  stalls_in_row_ = progress ? 1 : stalls_in_row_ + 1;
+  known_at_stall_ = std::max(known, known_at_stall_);
+  covered_at_stall_ = std::max(counts.covered, covered_at_stall_);
+}
+
+}  // namespace pipewright
