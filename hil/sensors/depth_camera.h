@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "hil/world/ray_scene.h"
-#include "hil/world/robot_model.h"
+#include "hil/world/robot_bodies.h"
 #include "hil/world/scenario.h"
 #include "platform/core/depth_frame.h"
 
@@ -28,7 +28,7 @@ namespace pipewright::hil {
 class DepthCamera {
  public:
   /// The robot's bodies are copied; solids are attached as they are.
-  DepthCamera(const CameraSpec& spec, const std::vector<Solid>& solids, const RobotModel& robot,
+  DepthCamera(const CameraSpec& spec, const std::vector<Solid>& solids, const RobotBodies& robot,
               std::uint64_t seed);
 
   const CameraIntrinsics& intrinsics() const { return intrinsics_; }
@@ -49,6 +49,9 @@ class DepthCamera {
   const std::vector<ExactPixel>& Trace(const Isometry3d& X_WS, std::span<const Isometry3d> X_WL);
 
  private:
+  ExactPixel PixelOf(float z_m, std::uint32_t geometry, std::uint32_t instance, Eigen::Vector3f n,
+                     const Eigen::Vector3f& d_W) const;
+  double TooNear(double z_m, std::uint64_t bits) const;
   void PlaceRobot(std::span<const Isometry3d> X_WL);
   std::uint16_t Read(int pixel, std::uint64_t frame_key) const;
   bool BesideJump(int pixel) const;
@@ -58,6 +61,7 @@ class DepthCamera {
   std::uint64_t seed_;
   std::uint32_t sequence_ = 0;
   std::vector<Body> bodies_;
+  std::vector<Eigen::Matrix3f> R_WG_;  ///< of the robot's bodies, as last placed
   int solids_ = 0;
   RayDevice device_;
   std::vector<RayScenePtr> body_scenes_;

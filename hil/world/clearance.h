@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "hil/world/robot_model.h"
+#include "hil/world/robot_bodies.h"
 #include "hil/world/solid.h"
 
 namespace pipewright::hil {
@@ -14,7 +14,7 @@ namespace pipewright::hil {
 /// The nearest pair of one kind.
 struct NearestPair {
   double distance_m = std::numeric_limits<double>::infinity();
-  int body = -1;   ///< index into RobotModel::bodies
+  int body = -1;   ///< index into RobotBodies::bodies
   int other = -1;  ///< a solid, or for self another body
 };
 
@@ -33,7 +33,7 @@ struct Clearance {
 class ClearanceMeter {
  public:
   /// Both must outlive the meter.
-  ClearanceMeter(const std::vector<Solid>& solids, const RobotModel& robot);
+  ClearanceMeter(const std::vector<Solid>& solids, const RobotBodies& robot);
 
   Clearance Measure(std::span<const Isometry3d> X_WL);
 
@@ -61,7 +61,7 @@ class ClearanceMeter {
   void Count(int body, int other, bool self);
 
   const std::vector<Solid>& solids_;
-  const RobotModel& robot_;
+  const RobotBodies& robot_;
   std::vector<double> radius_m_;
   std::vector<Isometry3d> X_WG_;
   std::vector<std::pair<int, int>> self_pairs_;

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "hil/world/coverage.h"
-#include "hil/world/robot_model.h"
+#include "hil/world/robot_bodies.h"
 #include "hil/world/scenario.h"
 
 namespace pipewright::hil {
@@ -34,12 +34,12 @@ struct CoverableSet {
 /// their limits; kept when no body touches the world or another. Each second sample varies an
 /// earlier one that covered something new, so that narrow views are found. Deterministic. Some
 /// seconds.
-CoverableSet ComputeCoverable(const Scenario& scenario, const RobotModel& robot,
+CoverableSet ComputeCoverable(const Scenario& scenario, const RobotBodies& robot,
                               const CoverageProbe& probe, const CoverableConfig& config = {});
 
 /// The same through a file in $XDG_CACHE_HOME/pipewright (or ~/.cache/pipewright), named by a hash
 /// of all that the result depends on. A cache that cannot be read or written is no error.
-CoverableSet CachedCoverable(const Scenario& scenario, const RobotModel& robot,
+CoverableSet CachedCoverable(const Scenario& scenario, const RobotBodies& robot,
                              const CoverageProbe& probe, const CoverableConfig& config = {});
 
 }  // namespace pipewright::hil

@@ -17,7 +17,7 @@ class Truth {
  public:
   static constexpr double kProbeRadius_m = 0.4;
 
-  Truth(const Scenario& scenario, const RobotModel& robot);
+  Truth(const Scenario& scenario, const RobotBodies& robot);
 
   /// Once per control cycle: clearances and contacts. Some tens of microseconds.
   const Clearance& Measure(std::span<const Isometry3d> X_WL);
@@ -50,7 +50,6 @@ class Truth {
   ClearanceMeter meter_;
   Clearance now_;
   std::vector<std::uint8_t> covered_;
-  Vector3d p_WLast_;
   double min_plane_m_;
   double min_pipe_m_;
   double min_self_m_;

@@ -10,6 +10,8 @@
 
 namespace pipewright::hil {
 
+struct RobotDescription;
+
 /// One convex body of the robot, fixed in a link.
 struct Body {
   std::string name;
@@ -20,7 +22,7 @@ struct Body {
 };
 
 /// What the ground truth needs to know of a robot.
-struct RobotModel {
+struct RobotBodies {
   std::vector<Body> bodies;
   /// Groups joined by one joint: their bodies meet at it and are not checked against each other.
   std::vector<std::pair<int, int>> adjacent_groups;
@@ -38,5 +40,9 @@ struct RobotModel {
                      Pose& pose)>
       forward;
 };
+
+/// The model of a description whose collision shapes are boxes, cylinders and spheres (assert) and
+/// that has a link named probe. Link indices are those of RobotDescription::links.
+RobotBodies RobotBodiesOf(const RobotDescription& description);
 
 }  // namespace pipewright::hil

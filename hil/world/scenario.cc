@@ -1,0 +1,281 @@
+// SPDX-License-Identifier: MIT
+#include "hil/world/scenario.h"
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <numbers>
+#include <sstream>
+
+#include "embedded/Pipes1Toml.h"
+#include "embedded/Pipes2Toml.h"
+#include "embedded/Pipes3Toml.h"
+#include "hil/world/toml_table.h"
+
+namespace pipewright::hil {
+namespace {
+
+constexpr double kFar_m = 100;  // the world: coordinates beyond are a slip of the pen
+constexpr double kTurn_rad = 4 * std::numbers::pi;
+constexpr double kMaxSide_m = 10;  // of the workspace and the map
+constexpr std::uintmax_t kMaxFileBytes = 4'000'000;
+
+Matrix3d FromRpy(const Vector3d& rpy_rad) {
+  return (Eigen::AngleAxisd(rpy_rad.z(), Vector3d::UnitZ()) *
+          Eigen::AngleAxisd(rpy_rad.y(), Vector3d::UnitY()) *
+          Eigen::AngleAxisd(rpy_rad.x(), Vector3d::UnitX()))
+      .toRotationMatrix();
+}
+
+Isometry3d Pose(const Matrix3d& R_WG, const Vector3d& p_WG) {
+  Isometry3d X_WG = Isometry3d::Identity();
+  X_WG.linear() = R_WG;
+  X_WG.translation() = p_WG;
+  return X_WG;
+}
+
+/// A rotation whose third column is along n.
+Matrix3d Upright(const Vector3d& n) {
+  return Eigen::Quaterniond::FromTwoVectors(Vector3d::UnitZ(), n).toRotationMatrix();
+}
+
+Vector3d Rpy(TomlTable& table) {
+  return table.Vector("rpy_rad", -kTurn_rad, kTurn_rad, Vector3d::Zero());
+}
+
+BoxRegion ReadRegion(TomlTable& table, std::string_view min, std::string_view max) {
+  const BoxRegion region{table.Vector(min, -kFar_m, kFar_m), table.Vector(max, -kFar_m, kFar_m)};
+  const Vector3d size = region.max_m - region.min_m;
+  if (!(size.array() >= kVoxelWidth_m).all()) {
+    table.Error(max, "must be greater than " + std::string(min) + " by a voxel (0.05 m) at least");
+  } else if (!(size.array() <= kMaxSide_m).all()) {
+    table.Error(max, "the box must not be longer than 10 m");
+  }
+  table.Finish();
+  return region;
+}
+
+void ReadMap(TomlTable& root, Scenario& scenario) {
+  const Vector3d margin = Vector3d::Constant(0.5);
+  scenario.map = {scenario.workspace.min_m - margin, scenario.workspace.max_m + margin};
+  scenario.map.min_m.z() = std::min(-0.1, scenario.workspace.min_m.z());
+  if (auto table = root.Table("map", false)) {
+    scenario.map = ReadRegion(*table, "lo_m", "hi_m");
+    if ((scenario.map.min_m.array() > scenario.workspace.min_m.array()).any() ||
+        (scenario.map.max_m.array() < scenario.workspace.max_m.array()).any()) {
+      table->Error("lo_m", "the map must hold the whole workspace");
+    }
+  }
+}
+
+void ReadStart(TomlTable& table, StartPose& start) {
+  start.x_m = table.Number("x_m", -kFar_m, kFar_m);
+  start.y_m = table.Number("y_m", -kFar_m, kFar_m);
+  start.yaw_rad = table.Number("yaw_rad", -kTurn_rad, kTurn_rad);
+  if (table.Has("joints_rad")) {
+    start.joints_rad = table.Numbers("joints_rad", 7, -kTurn_rad, kTurn_rad);
+  }
+  start.clearance_m = table.Number("clearance_m", 0, 2, start.clearance_m);
+  table.Finish();
+}
+
+Solid Named(SolidKind kind, TomlTable& table) {
+  Solid solid;
+  solid.kind = kind;
+  solid.name = table.Text("name");
+  return solid;
+}
+
+Solid ReadPlane(TomlTable& table) {
+  Solid solid = Named(SolidKind::kPlane, table);
+  const Vector3d normal = table.Vector("normal", -1e3, 1e3);
+  const double offset_m = table.Number("offset_m", -kFar_m, kFar_m);
+  solid.ground = table.Bool("ground", false);
+  if (normal.norm() < 1e-6) {
+    table.Error("normal", "must not be zero");
+    return solid;
+  }
+  const Vector3d n_W = normal.normalized();
+  solid.X_WG = Pose(Upright(n_W), n_W * offset_m);
+  return solid;
+}
+
+Solid ReadBox(TomlTable& table) {
+  Solid solid = Named(SolidKind::kBox, table);
+  const Vector3d center = table.Vector("center_m", -kFar_m, kFar_m);
+  solid.shape = Shape::Box(table.Vector("size_m", 1e-4, 2 * kFar_m));
+  solid.X_WG = Pose(FromRpy(Rpy(table)), center);
+  return solid;
+}
+
+Solid ReadCylinder(TomlTable& table) {
+  Solid solid = Named(SolidKind::kCylinder, table);
+  const Vector3d from = table.Vector("from_m", -kFar_m, kFar_m);
+  const Vector3d to = table.Vector("to_m", -kFar_m, kFar_m);
+  const double radius_m = table.Number("radius_m", 1e-4, kFar_m);
+  const double length_m = (to - from).norm();
+  if (length_m < 1e-4) {
+    table.Error("to_m", "must differ from from_m");
+    return solid;
+  }
+  solid.shape = Shape::Cylinder(radius_m, length_m);
+  solid.X_WG = Pose(Upright((to - from) / length_m), (from + to) / 2);
+  return solid;
+}
+
+Solid ReadMesh(TomlTable& table, const std::string& directory) {
+  Solid solid = Named(SolidKind::kMesh, table);
+  const std::string file = table.Text("file");
+  const double scale = table.Number("scale", 1e-6, 1e6, 1.0);
+  const Vector3d position = table.Vector("position_m", -kFar_m, kFar_m, Vector3d::Zero());
+  const Isometry3d X_WG = Pose(FromRpy(Rpy(table)), position);
+  auto mesh = std::make_shared<Mesh>();
+  std::string why;
+  const std::filesystem::path path = std::filesystem::path(directory) / file;
+  if (!file.empty() && !LoadMesh(path.string(), scale, X_WG, *mesh, why)) {
+    table.Error("file", "cannot be read: " + why);
+  }
+  solid.mesh = mesh;
+  return solid;
+}
+
+void ReadSolids(TomlTable& root, const std::string& directory, std::vector<Solid>& solids) {
+  std::set<std::string> names;
+  const auto read = [&](std::string_view key, auto read_one) {
+    for (TomlTable& table : root.Tables(key)) {
+      solids.push_back(read_one(table));
+      if (!names.insert(solids.back().name).second) {
+        table.Error("name", "is taken: names must be unique");
+      }
+      table.Finish();
+    }
+  };
+  read("plane", ReadPlane);
+  read("box", ReadBox);
+  read("cylinder", ReadCylinder);
+  read("mesh", [&](TomlTable& table) { return ReadMesh(table, directory); });
+}
+
+void ReadCamera(TomlTable& table, CameraSpec& c) {
+  c.width = table.Integer("width", 16, 848, c.width);
+  c.height = table.Integer("height", 16, 480, c.height);
+  c.hfov_deg = table.Number("hfov_deg", 10, 150, c.hfov_deg);
+  c.rate_hz = table.Number("rate_hz", 0.1, 100, c.rate_hz);
+  c.z_min_m = table.Number("z_min_m", 0, 10, c.z_min_m);
+  c.z_max_m = table.Number("z_max_m", 0.1, 65, c.z_max_m);
+  c.noise_sigma_at_1m = table.Number("noise_sigma_at_1m", 0, 0.1, c.noise_sigma_at_1m);
+  c.invalid_fraction = table.Number("invalid_fraction", 0, 1, c.invalid_fraction);
+  c.below_min_wrong_fraction =
+      table.Number("below_min_wrong_fraction", 0, 1, c.below_min_wrong_fraction);
+  if (c.z_max_m <= c.z_min_m) {
+    table.Error("z_max_m", "must be greater than z_min_m");
+  }
+  table.Finish();
+}
+
+void ReadFaults(TomlTable& root, std::vector<ScheduledFault>& faults) {
+  static const std::set<std::string> kDevices = {"tracer", "arm1", "arm2", "arm3",  "arm4",
+                                                 "arm5",   "arm6", "arm7", "camera"};
+  for (TomlTable& table : root.Tables("fault")) {
+    ScheduledFault fault;
+    fault.device = table.Text("device");
+    if (!kDevices.contains(fault.device)) {
+      table.Error("device", "must be tracer, arm1 ... arm7 or camera");
+    }
+    const std::string kind = table.Text("kind");
+    if (kind != "absent" && kind != "silent") {
+      table.Error("kind", "must be absent or silent");
+    }
+    fault.kind = kind == "silent" ? FaultKind::kSilent : FaultKind::kAbsent;
+    fault.at_s = table.Number("at_s", 0, 1e6, 0.0);
+    if (fault.kind == FaultKind::kAbsent && fault.at_s != 0) {
+      table.Error("at_s", "an absent device was never there: at_s is for silent ones");
+    }
+    table.Finish();
+    faults.push_back(fault);
+  }
+}
+
+Scenario ReadScenario(TomlTable& root, const std::string& directory) {
+  Scenario scenario;
+  scenario.name = root.Text("name");
+  scenario.description = root.Text("description", "");
+  if (auto table = root.Table("workspace", true)) {
+    scenario.workspace = ReadRegion(*table, "min_m", "max_m");
+    ReadMap(root, scenario);
+  } else {
+    root.Table("map", false);
+  }
+  if (auto table = root.Table("start", true)) {
+    ReadStart(*table, scenario.start);
+  }
+  ReadSolids(root, directory, scenario.solids);
+  if (auto table = root.Table("camera", false)) {
+    ReadCamera(*table, scenario.camera);
+  }
+  ReadFaults(root, scenario.faults);
+  root.Finish();
+  return scenario;
+}
+
+}  // namespace
+
+VoxelRange VoxelsOf(const BoxRegion& region) {
+  // A bound within a nanometre of a voxel face is meant to be on it.
+  constexpr double kSlack = 1e-6;
+  VoxelRange range;
+  for (int i = 0; i < 3; ++i) {
+    range.lo[i] = static_cast<int>(std::floor(region.min_m[i] / kVoxelWidth_m + kSlack));
+    range.hi[i] = static_cast<int>(std::ceil(region.max_m[i] / kVoxelWidth_m - kSlack)) - 1;
+  }
+  return range;
+}
+
+ScenarioResult ParseScenario(std::string_view toml, const std::string& origin,
+                             const std::string& directory) {
+  ScenarioResult result;
+  try {
+    const toml::table table = toml::parse(toml, origin);
+    TomlTable root(table, "", origin, result.errors);
+    Scenario scenario = ReadScenario(root, directory);
+    if (result.errors.empty()) {
+      result.scenario = std::move(scenario);
+    }
+  } catch (const toml::parse_error& error) {
+    std::ostringstream text;
+    text << origin << ":" << error.source().begin.line << ":" << error.source().begin.column << ": "
+         << error.description();
+    result.errors.push_back(text.str());
+  }
+  return result;
+}
+
+ScenarioResult LoadScenario(const std::string& name_or_file) {
+  for (const ShippedScenario& shipped : ShippedScenarios()) {
+    if (shipped.name == name_or_file) {
+      return ParseScenario(shipped.toml, name_or_file, "");
+    }
+  }
+  const std::filesystem::path path(name_or_file);
+  std::error_code failed;
+  const std::uintmax_t bytes = std::filesystem::file_size(path, failed);
+  std::ifstream file(path, std::ios::binary);
+  if (failed || !file) {
+    return {{}, {name_or_file + ": neither a shipped scenario nor a file that can be read"}};
+  }
+  if (bytes > kMaxFileBytes) {
+    return {{}, {name_or_file + ": is longer than a scenario may be (4 MB)"}};
+  }
+  std::ostringstream text;
+  text << file.rdbuf();
+  return ParseScenario(text.str(), name_or_file, path.parent_path().string());
+}
+
+const std::vector<ShippedScenario>& ShippedScenarios() {
+  static const std::vector<ShippedScenario> kShipped = {{"pipes1", embedded::Pipes1Toml()},
+                                                        {"pipes2", embedded::Pipes2Toml()},
+                                                        {"pipes3", embedded::Pipes3Toml()}};
+  return kShipped;
+}
+
+}  // namespace pipewright::hil
