@@ -29,8 +29,8 @@ class Edge {
   /// The configuration at s; s is clamped to [0, 1].
   Configuration At(double s) const;
 
-  /// dq/ds at s as controls: u(s) = du_ds / duration when the edge is run at operating speed.
-  /// v and omega are those of the part that holds s.
+  /// Drive, turn and joints per unit of s; divided by duration_s() they are the controls u at
+  /// operating speed.
   Controls RateAt(double s) const;
 
   /// Time at operating speeds, without ramps: max of the base's and the slowest joint's.
@@ -49,8 +49,9 @@ class Edge {
 
  private:
   Configuration a_;
-  ArmVector joints_;        ///< b - a
-  double heading_rad_ = 0;  ///< of the nose while driving
+  ArmVector joints_;                                   ///< b - a
+  Eigen::Vector2d shift_m_ = Eigen::Vector2d::Zero();  ///< what is too short to drive
+  double heading_rad_ = 0;                             ///< of the nose while driving
   double turn1_rad_ = 0;
   double drive_m_ = 0;  ///< negative: backwards
   double turn2_rad_ = 0;
