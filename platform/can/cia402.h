@@ -31,9 +31,9 @@ inline constexpr double kSpeed = kJointSpeedLimit_radps;
 
 inline constexpr FrameSpec<Nmt, 2> kNmtRow{
   {"nmt", 0x000, 0, 2, 2, {}, kLittle, kTo}, {{
-  // name                 unit     field                     start bits sign scale   min     max
-    {"command",           "1",     &Nmt::command,                 0,  8, kU, 1.0,      0,    255},
-    {"node",              "1",     &Nmt::node,                    8,  8, kU, 1.0,      0,    127},
+  //  name             unit     field                                  start bits sign scale           min          max
+    {"command",         "1",     kField<&Nmt::command>,                    0,  8, kU, 1.0,               0,          255},
+    {"node",            "1",     kField<&Nmt::node>,                       8,  8, kU, 1.0,               0,          127},
 }}};
 
 inline constexpr FrameSpec<Sync, 0> kSyncRow{
@@ -41,41 +41,41 @@ inline constexpr FrameSpec<Sync, 0> kSyncRow{
 
 inline constexpr FrameSpec<Emergency, 3> kEmergencyRow{
   {"emergency", 0x080, kLast, 8, 8, {}, kLittle, kFrom}, {{
-    {"code",              "1",     &Emergency::code,              0, 16, kU, 1.0,      0,  65535},
-    {"error_register",    "1",     &Emergency::error_register,   16,  8, kU, 1.0,      0,    255},
-    {"vendor",            "1",     &Emergency::vendor,           24, 32, kU, 1.0,      0, 0x1p32 - 1},
+    {"code",            "1",     kField<&Emergency::code>,                 0, 16, kU, 1.0,               0,        65535},
+    {"error_register",  "1",     kField<&Emergency::error_register>,      16,  8, kU, 1.0,               0,          255},
+    {"vendor",          "1",     kField<&Emergency::vendor>,              24, 32, kU, 1.0,               0,   0x1p32 - 1},
 }}};
 
 inline constexpr FrameSpec<JointFeedback, 2> kFeedbackRow{
   {"tpdo1_joint_feedback", 0x180, kLast, 8, 8, 10ms, kLittle, kFrom}, {{
-    {"position",          "rad",   &JointFeedback::position_rad,  0, 32, kS, kUnit, kMin32, kMax32},
-    {"velocity",          "rad/s", &JointFeedback::velocity_radps, 32, 32, kS, kUnit, kMin32, kMax32},
+    {"position",        "rad",   kField<&JointFeedback::position_rad>,     0, 32, kS, kUnit,        kMin32,       kMax32},
+    {"velocity",        "rad/s", kField<&JointFeedback::velocity_radps>,  32, 32, kS, kUnit,        kMin32,       kMax32},
 }}};
 
 inline constexpr FrameSpec<JointCommand, 2> kCommandRow{
   {"rpdo1_joint_command", 0x200, kLast, 6, 6, 10ms, kLittle, kTo}, {{
-    {"controlword",       "1",     &JointCommand::controlword,    0, 16, kU, 1.0,      0,  65535},
-    {"velocity",          "rad/s", &JointCommand::velocity_radps, 16, 32, kS, kUnit, -kSpeed, kSpeed},
+    {"controlword",     "1",     kField<&JointCommand::controlword>,       0, 16, kU, 1.0,               0,        65535},
+    {"velocity",        "rad/s", kField<&JointCommand::velocity_radps>,   16, 32, kS, kUnit,       -kSpeed,       kSpeed},
 }}};
 
 inline constexpr FrameSpec<JointStatus, 2> kStatusRow{
   {"tpdo2_joint_status", 0x280, kLast, 3, 3, 250ms, kLittle, kFrom}, {{
-    {"statusword",        "1",     &JointStatus::statusword,      0, 16, kU, 1.0,      0,  65535},
-    {"mode",              "1",     &JointStatus::mode,           16,  8, kU, 1.0,      0,    255},
+    {"statusword",      "1",     kField<&JointStatus::statusword>,         0, 16, kU, 1.0,               0,        65535},
+    {"mode",            "1",     kField<&JointStatus::mode>,              16,  8, kU, 1.0,               0,          255},
 }}};
 
 constexpr FrameSpec<Sdo, 4> SdoRow(const FrameHead& head) {
   return {head, {{
-    {"command",           "1",     &Sdo::command,                 0,  8, kU, 1.0,      0,    255},
-    {"index",             "1",     &Sdo::index,                   8, 16, kU, 1.0,      0,  65535},
-    {"subindex",          "1",     &Sdo::subindex,               24,  8, kU, 1.0,      0,    255},
-    {"data",              "1",     &Sdo::data,                   32, 32, kU, 1.0,      0, 0x1p32 - 1},
+    {"command",         "1",     kField<&Sdo::command>,                    0,  8, kU, 1.0,               0,          255},
+    {"index",           "1",     kField<&Sdo::index>,                      8, 16, kU, 1.0,               0,        65535},
+    {"subindex",        "1",     kField<&Sdo::subindex>,                  24,  8, kU, 1.0,               0,          255},
+    {"data",            "1",     kField<&Sdo::data>,                      32, 32, kU, 1.0,               0,   0x1p32 - 1},
   }}};
 }
 
 inline constexpr FrameSpec<Heartbeat, 1> kHeartbeatRow{
   {"heartbeat", 0x700, 127, 1, 1, 100ms, kLittle, kFrom}, {{
-    {"state",             "1",     &Heartbeat::state,             0,  8, kU, 1.0,      0,    127},
+    {"state",           "1",     kField<&Heartbeat::state>,                0,  8, kU, 1.0,               0,          127},
 }}};
 
 // clang-format on

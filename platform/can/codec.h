@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdint>
 #include <string_view>
+#include <type_traits>
 
 #include "platform/can/frame.h"
 #include "platform/core/status.h"
@@ -20,23 +21,34 @@ enum class Direction : std::uint8_t { kToDevice, kFromDevice };
 /// (std::uint32_t; unsigned on the wire, scale 1).
 template <typename Msg>
 struct Field {
-  constexpr Field(double Msg::*member) : quantity(member) {}
-  constexpr Field(std::uint32_t Msg::*member) : code(member) {}
-
-  constexpr double Get(const Msg& msg) const {
-    return quantity != nullptr ? msg.*quantity : static_cast<double>(msg.*code);
-  }
-  constexpr void Set(Msg& msg, double value) const {
-    if (quantity != nullptr) {
-      msg.*quantity = value;
-    } else {
-      msg.*code = static_cast<std::uint32_t>(value);
-    }
-  }
-
-  double Msg::*quantity = nullptr;
-  std::uint32_t Msg::*code = nullptr;
+  double (*Get)(const Msg& msg);
+  void (*Set)(Msg& msg, double value);
+  bool is_code;
 };
+
+namespace codec_internal {
+
+template <typename Msg, typename T, T Msg::*kMember>
+constexpr Field<Msg> MakeField() {
+  static_assert(std::is_same_v<T, double> || std::is_same_v<T, std::uint32_t>);
+  return {[](const Msg& msg) { return static_cast<double>(msg.*kMember); },
+          [](Msg& msg, double value) { msg.*kMember = static_cast<T>(value); },
+          std::is_same_v<T, std::uint32_t>};
+}
+
+template <auto kMember>
+struct FieldOf;
+
+template <typename Msg, typename T, T Msg::*kMember>
+struct FieldOf<kMember> {
+  static constexpr Field<Msg> kValue = MakeField<Msg, T, kMember>();
+};
+
+}  // namespace codec_internal
+
+/// kField<&Message::member>, for a table's column.
+template <auto kMember>
+inline constexpr auto kField = codec_internal::FieldOf<kMember>::kValue;
 
 /// `bits` bits from bit `start` carry round(field / scale), which lies in [min, max] / scale.
 ///
@@ -112,7 +124,7 @@ template <typename Msg, std::size_t k>
 constexpr Result<Frame> Encode(const FrameSpec<Msg, k>& spec, const Msg& msg, int node = 0) {
   using namespace codec_internal;
   const FrameHead& head = spec.head;
-  if (NodeOf(head, head.id + static_cast<std::uint32_t>(node)) != node) {
+  if (node < (head.max_node > 0 ? 1 : 0) || node > head.max_node) {
     return Status::kOutOfRange;
   }
   std::uint64_t payload = 0;

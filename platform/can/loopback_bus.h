@@ -83,6 +83,7 @@ class LoopbackBus {
     FrameQueue<kTxCapacity> tx_;
     FrameQueue<kRxCapacity> rx_;
     PortCounters counters_;
+    int cuts_ = 0;  ///< times that the port has been cut
     bool cut_ = false;
     bool listener_ = false;
   };
@@ -112,6 +113,8 @@ class LoopbackBus {
   static constexpr int kLoadSlots = 100;
   static constexpr Duration kLoadSlot = std::chrono::milliseconds(10);
 
+  void Begin(int port, Time start);
+  void Complete();
   int Winner() const;
   bool Acknowledged(int sender) const;
   void Deliver(int sender);
@@ -124,13 +127,16 @@ class LoopbackBus {
   Time now_;
   Time wire_free_;   ///< end of the frame under way, or of the last one
   int sender_ = -1;  ///< port of the frame under way
+  int sender_cuts_ = 0;
   Frame under_way_;
+  Time frame_start_{};
   std::uint64_t frames_ = 0;
   std::uint64_t unacknowledged_ = 0;
-  std::array<Duration, kLoadSlots> busy_{};  ///< ring, by slot number
-  Time slot_start_;
+  std::array<Duration, kLoadSlots> busy_{};  ///< ring; slot_ is being filled
   int slot_ = 0;
-  Duration busy_total_{};
+  Time slot_start_;
+  Duration busy_sum_{};     ///< over the ring, the slot being filled left out
+  Duration busy_second_{};  ///< the last full second
   Duration busy_peak_{};
 };
 

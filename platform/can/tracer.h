@@ -25,91 +25,91 @@ inline constexpr auto kU = Sign::kUnsigned;
 /// Limits: TRACER 2.0's clamps. Bytes 4 to 7 (lateral, steering) stay 0 on a Tracer.
 inline constexpr FrameSpec<BaseTwistCommand, 2> kTwistCommand{
   {"base_twist_command", 0x111, 0, 8, 8, 20ms, kBig, kTo}, {{
-  // name                 unit     field                        start bits sign scale  min      max
-    {"v",                 "m/s",   &BaseTwistCommand::v_mps,          0, 16, kS, 1e-3, -1.8,    1.8},
-    {"omega",             "rad/s", &BaseTwistCommand::omega_radps,   16, 16, kS, 1e-3, -1.0,    1.0},
+  //  name             unit     field                                  start bits sign scale           min          max
+    {"v",               "m/s",   kField<&BaseTwistCommand::v_mps>,         0, 16, kS, 1e-3,           -1.8,          1.8},
+    {"omega",           "rad/s", kField<&BaseTwistCommand::omega_radps>,  16, 16, kS, 1e-3,           -1.0,          1.0},
 }}};
 
 constexpr FrameSpec<BaseLight, 6> Light(const FrameHead& head) {
   return {head, {{
-    {"enabled",           "1",     &BaseLight::enabled,               0,  8, kU, 1.0,   0,      1},
-    {"front_mode",        "1",     &BaseLight::front_mode,            8,  8, kU, 1.0,   0,      3},
-    {"front_percent",     "%",     &BaseLight::front_percent,        16,  8, kU, 1.0,   0,    100},
-    {"rear_mode",         "1",     &BaseLight::rear_mode,            24,  8, kU, 1.0,   0,      3},
-    {"rear_percent",      "%",     &BaseLight::rear_percent,         32,  8, kU, 1.0,   0,    100},
-    {"count",             "1",     &BaseLight::count,                56,  8, kU, 1.0,   0,    255},
+    {"enabled",         "1",     kField<&BaseLight::enabled>,              0,  8, kU, 1.0,               0,            1},
+    {"front_mode",      "1",     kField<&BaseLight::front_mode>,           8,  8, kU, 1.0,               0,            3},
+    {"front_percent",   "%",     kField<&BaseLight::front_percent>,       16,  8, kU, 1.0,               0,          100},
+    {"rear_mode",       "1",     kField<&BaseLight::rear_mode>,           24,  8, kU, 1.0,               0,            3},
+    {"rear_percent",    "%",     kField<&BaseLight::rear_percent>,        32,  8, kU, 1.0,               0,          100},
+    {"count",           "1",     kField<&BaseLight::count>,               56,  8, kU, 1.0,               0,          255},
   }}};
 }
 
 inline constexpr FrameSpec<BaseState, 5> kState{
   {"base_state", 0x211, 0, 8, 8, 20ms, kBig, kFrom}, {{
-    {"vehicle_state",     "1",     &BaseState::vehicle_state,         0,  8, kU, 1.0,   0,      2},
-    {"control_mode",      "1",     &BaseState::control_mode,          8,  8, kU, 1.0,   0,      3},
-    {"battery",           "V",     &BaseState::battery_V,            16, 16, kU, 0.1,   0,   6553.5},
-    {"errors",            "1",     &BaseState::errors,               32, 16, kU, 1.0,   0,  65535},
-    {"count",             "1",     &BaseState::count,                56,  8, kU, 1.0,   0,    255},
+    {"vehicle_state",   "1",     kField<&BaseState::vehicle_state>,        0,  8, kU, 1.0,               0,            2},
+    {"control_mode",    "1",     kField<&BaseState::control_mode>,         8,  8, kU, 1.0,               0,            3},
+    {"battery",         "V",     kField<&BaseState::battery_V>,           16, 16, kU, 0.1,               0,       6553.5},
+    {"errors",          "1",     kField<&BaseState::errors>,              32, 16, kU, 1.0,               0,        65535},
+    {"count",           "1",     kField<&BaseState::count>,               56,  8, kU, 1.0,               0,          255},
 }}};
 
 inline constexpr FrameSpec<BaseTwist, 4> kTwist{
   {"base_twist", 0x221, 0, 8, 8, 20ms, kBig, kFrom}, {{
-    {"v",                 "m/s",   &BaseTwist::v_mps,                 0, 16, kS, 1e-3, -32.768, 32.767},
-    {"omega",             "rad/s", &BaseTwist::omega_radps,          16, 16, kS, 1e-3, -32.768, 32.767},
-    {"lateral",           "m/s",   &BaseTwist::lateral_mps,          32, 16, kS, 1e-3, -32.768, 32.767},
-    {"steering",          "rad",   &BaseTwist::steering_rad,         48, 16, kS, 1e-3, -32.768, 32.767},
+    {"v",               "m/s",   kField<&BaseTwist::v_mps>,                0, 16, kS, 1e-3,        -32.768,       32.767},
+    {"omega",           "rad/s", kField<&BaseTwist::omega_radps>,         16, 16, kS, 1e-3,        -32.768,       32.767},
+    {"lateral",         "m/s",   kField<&BaseTwist::lateral_mps>,         32, 16, kS, 1e-3,        -32.768,       32.767},
+    {"steering",        "rad",   kField<&BaseTwist::steering_rad>,        48, 16, kS, 1e-3,        -32.768,       32.767},
 }}};
 
 inline constexpr FrameSpec<BaseRemote, 10> kRemote{
   {"base_remote", 0x241, 0, 8, 8, 20ms, kBig, kFrom}, {{
-    {"swa",               "1",     &BaseRemote::swa,                  0,  2, kU, 1.0,   0,      3},
-    {"swb",               "1",     &BaseRemote::swb,                  2,  2, kU, 1.0,   0,      3},
-    {"swc",               "1",     &BaseRemote::swc,                  4,  2, kU, 1.0,   0,      3},
-    {"swd",               "1",     &BaseRemote::swd,                  6,  2, kU, 1.0,   0,      3},
-    {"right_horizontal",  "%",     &BaseRemote::right_horizontal,     8,  8, kS, 1.0, -100,   100},
-    {"right_vertical",    "%",     &BaseRemote::right_vertical,      16,  8, kS, 1.0, -100,   100},
-    {"left_vertical",     "%",     &BaseRemote::left_vertical,       24,  8, kS, 1.0, -100,   100},
-    {"left_horizontal",   "%",     &BaseRemote::left_horizontal,     32,  8, kS, 1.0, -100,   100},
-    {"variable_a",        "%",     &BaseRemote::variable_a,          40,  8, kS, 1.0, -100,   100},
-    {"count",             "1",     &BaseRemote::count,               56,  8, kU, 1.0,   0,    255},
+    {"swa",             "1",     kField<&BaseRemote::swa>,                 0,  2, kU, 1.0,               0,            3},
+    {"swb",             "1",     kField<&BaseRemote::swb>,                 2,  2, kU, 1.0,               0,            3},
+    {"swc",             "1",     kField<&BaseRemote::swc>,                 4,  2, kU, 1.0,               0,            3},
+    {"swd",             "1",     kField<&BaseRemote::swd>,                 6,  2, kU, 1.0,               0,            3},
+    {"right_horizontal", "%",     kField<&BaseRemote::right_horizontal>,    8,  8, kS, 1.0,            -100,          100},
+    {"right_vertical",  "%",     kField<&BaseRemote::right_vertical>,     16,  8, kS, 1.0,            -100,          100},
+    {"left_vertical",   "%",     kField<&BaseRemote::left_vertical>,      24,  8, kS, 1.0,            -100,          100},
+    {"left_horizontal", "%",     kField<&BaseRemote::left_horizontal>,    32,  8, kS, 1.0,            -100,          100},
+    {"variable_a",      "%",     kField<&BaseRemote::variable_a>,         40,  8, kS, 1.0,            -100,          100},
+    {"count",           "1",     kField<&BaseRemote::count>,              56,  8, kU, 1.0,               0,          255},
 }}};
 
 inline constexpr FrameSpec<BaseMotorFast, 3> kMotorFast{
   {"base_motor_fast", 0x250, 2, 8, 8, 20ms, kBig, kFrom}, {{
-    {"speed",             "rpm",   &BaseMotorFast::speed_rpm,         0, 16, kS, 1.0, -0x1p15, 0x1p15 - 1},
-    {"current",           "A",     &BaseMotorFast::current_A,        16, 16, kS, 0.1, -3276.8, 3276.7},
-    {"pulses",            "1",     &BaseMotorFast::pulses,           32, 32, kS, 1.0, -0x1p31, 0x1p31 - 1},
+    {"speed",           "rpm",   kField<&BaseMotorFast::speed_rpm>,        0, 16, kS, 1.0,         -0x1p15,   0x1p15 - 1},
+    {"current",         "A",     kField<&BaseMotorFast::current_A>,       16, 16, kS, 0.1,         -3276.8,       3276.7},
+    {"pulses",          "1",     kField<&BaseMotorFast::pulses>,          32, 32, kS, 1.0,         -0x1p31,   0x1p31 - 1},
 }}};
 
 inline constexpr FrameSpec<BaseMotorSlow, 4> kMotorSlow{
   {"base_motor_slow", 0x260, 2, 8, 8, 100ms, kBig, kFrom}, {{
-    {"driver_voltage",    "V",     &BaseMotorSlow::driver_V,          0, 16, kU, 0.1,   0,   6553.5},
-    {"driver_temp",       "degC",  &BaseMotorSlow::driver_degC,      16, 16, kS, 1.0, -0x1p15, 0x1p15 - 1},
-    {"motor_temp",        "degC",  &BaseMotorSlow::motor_degC,       32,  8, kS, 1.0, -128,   127},
-    {"driver_state",      "1",     &BaseMotorSlow::driver_state,     40,  8, kU, 1.0,   0,    255},
+    {"driver_voltage",  "V",     kField<&BaseMotorSlow::driver_V>,         0, 16, kU, 0.1,               0,       6553.5},
+    {"driver_temp",     "degC",  kField<&BaseMotorSlow::driver_degC>,     16, 16, kS, 1.0,         -0x1p15,   0x1p15 - 1},
+    {"motor_temp",      "degC",  kField<&BaseMotorSlow::motor_degC>,      32,  8, kS, 1.0,            -128,          127},
+    {"driver_state",    "1",     kField<&BaseMotorSlow::driver_state>,    40,  8, kU, 1.0,               0,          255},
 }}};
 
 inline constexpr FrameSpec<BaseOdometer, 2> kOdometer{
   {"base_odometer", 0x311, 0, 8, 8, 20ms, kBig, kFrom}, {{
-    {"left",              "m",     &BaseOdometer::left_m,             0, 32, kS, 1e-3, -2147483.648, 2147483.647},
-    {"right",             "m",     &BaseOdometer::right_m,           32, 32, kS, 1e-3, -2147483.648, 2147483.647},
+    {"left",            "m",     kField<&BaseOdometer::left_m>,            0, 32, kS, 1e-3,   -2147483.648,  2147483.647},
+    {"right",           "m",     kField<&BaseOdometer::right_m>,          32, 32, kS, 1e-3,   -2147483.648,  2147483.647},
 }}};
 
 inline constexpr FrameSpec<BaseBattery, 5> kBattery{
   {"base_battery", 0x361, 0, 8, 8, 500ms, kBig, kFrom}, {{
-    {"charge",            "%",     &BaseBattery::charge_percent,      0,  8, kU, 1.0,   0,    100},
-    {"health",            "%",     &BaseBattery::health_percent,      8,  8, kU, 1.0,   0,    100},
-    {"voltage",           "V",     &BaseBattery::voltage_V,          16, 16, kU, 0.1,   0,   6553.5},
-    {"current",           "A",     &BaseBattery::current_A,          32, 16, kS, 0.1, -3276.8, 3276.7},
-    {"temperature",       "degC",  &BaseBattery::temperature_degC,   48, 16, kS, 0.1, -3276.8, 3276.7},
+    {"charge",          "%",     kField<&BaseBattery::charge_percent>,     0,  8, kU, 1.0,               0,          100},
+    {"health",          "%",     kField<&BaseBattery::health_percent>,     8,  8, kU, 1.0,               0,          100},
+    {"voltage",         "V",     kField<&BaseBattery::voltage_V>,         16, 16, kU, 0.1,               0,       6553.5},
+    {"current",         "A",     kField<&BaseBattery::current_A>,         32, 16, kS, 0.1,         -3276.8,       3276.7},
+    {"temperature",     "degC",  kField<&BaseBattery::temperature_degC>,  48, 16, kS, 0.1,         -3276.8,       3276.7},
 }}};
 
 inline constexpr FrameSpec<BaseModeRequest, 1> kModeRequest{
   {"base_mode_request", 0x421, 0, 8, 1, {}, kBig, kTo}, {{
-    {"mode",              "1",     &BaseModeRequest::mode,            0,  8, kU, 1.0,   0,      2},
+    {"mode",            "1",     kField<&BaseModeRequest::mode>,           0,  8, kU, 1.0,               0,            2},
 }}};
 
 inline constexpr FrameSpec<BaseErrorReset, 1> kErrorReset{
   {"base_error_reset", 0x441, 0, 8, 1, {}, kBig, kTo}, {{
-    {"what",              "1",     &BaseErrorReset::what,             0,  8, kU, 1.0,   0,      2},
+    {"what",            "1",     kField<&BaseErrorReset::what>,            0,  8, kU, 1.0,               0,            2},
 }}};
 
 // clang-format on
