@@ -33,8 +33,8 @@ class ScanInserter {
       const auto half = static_cast<float>(width_ * 0.5);
       to_border_[1][i] = key_math::Center(at[i], width_) + half - o;
       to_border_[0][i] = key_math::Center(at[i], width_) + -half - o;
-      to_wall_[1][i] = (hi[i] + 1) * width_ - o;
-      to_wall_[0][i] = lo[i] * width_ - o;
+      to_wall_[1][i] = hi[i] - at[i];
+      to_wall_[0][i] = at[i] - lo[i];
       stride_[1][i] = strides[i];
       stride_[0][i] = -strides[i];
     }
@@ -181,9 +181,10 @@ class ScanInserter {
     double wall = length;
     int axis = -1;
     for (int i = 0; i < 3; ++i) {
-      const double d = direction[i];
-      if (d != 0 && to_wall_[d > 0 ? 1 : 0][i] / d < wall) {
-        wall = to_wall_[d > 0 ? 1 : 0][i] / d;
+      const int up = direction[i] > 0 ? 1 : 0;
+      const double t = packet_.t_next[i][lane] + to_wall_[up][i] * packet_.t_delta[i][lane];
+      if (direction[i] != 0 && t < wall) {
+        wall = t;
         axis = i;
       }
     }
@@ -209,7 +210,7 @@ class ScanInserter {
   bool origin_in_box_ = false;
   VoxelIndex origin_voxel_;
   double to_border_[2][3] = {};  // of the origin's voxel, downwards and upwards
-  double to_wall_[2][3] = {};    // of the box
+  double to_wall_[2][3] = {};    // voxels between the origin's and the end of the box
   double stride_[2][3] = {};
   RayPacket packet_{};
   Vector3f ends_[RayPacket::kLanes];
