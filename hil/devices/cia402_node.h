@@ -9,7 +9,7 @@
 #include "hil/devices/csv_drive.h"
 #include "hil/devices/object_dictionary.h"
 #include "hil/devices/pdo.h"
-#include "platform/can/frame.h"
+#include "platform/can/cia402.h"
 #include "platform/core/time.h"
 
 namespace pipewright::hil {
@@ -28,21 +28,15 @@ struct Cia402Config {
   bool Valid() const;
 };
 
-/// NMT states as the heartbeat says them.
-enum class NmtState : std::uint8_t {
-  kInitialising = 0x00,
-  kStopped = 0x04,
-  kOperational = 0x05,
-  kPreOperational = 0x7F,
-};
+using can::NmtState;
 
 /// A CiA 301/402 servo drive: NMT slave, SDO server (expedited), two receive and two transmit PDOs
 /// with dynamic mapping, heartbeat producer and consumer, EMCY, CSV mode. User units 1e-6 rad and
 /// 1e-6 rad/s.
 ///
 /// Communication lost while operation is enabled (host heartbeat, 1016h: EMCY 0x8130; no RPDO1
-/// taken over for 1400h:5 ms: EMCY 0x8250; NMT leaves operational): option 6007h, by default the
-/// fault reaction. Powered up, every PDO but TPDO2 is disabled until configured.
+/// taken over for 1400h:5 ms: EMCY 0x8250; NMT leaves operational: EMCY 0x8100): option 6007h, by
+/// default the fault reaction. Powered up, every PDO but TPDO2 is disabled until configured.
 class Cia402Node {
  public:
   explicit Cia402Node(const Cia402Config& config);
@@ -50,8 +44,12 @@ class Cia402Node {
   /// Any frame of the bus; not for us or malformed: ignored, counted when it was ours.
   void OnFrame(const can::Frame& frame, Time now);
 
-  /// Moves to `now`; the joint stands at position_rad, measured. Appends what is due on the wire.
-  void Step(Time now, double position_rad, std::vector<can::Frame>& out);
+  /// Where the joint stands now: what a SYNC samples. Call before this step's frames.
+  void Measure(double position_rad);
+
+  /// Moves the drive to `now` and appends what is due on the wire. Call with steps of at most a
+  /// few ms.
+  void Step(Time now, std::vector<can::Frame>& out);
 
   /// The joint's velocity until the next step [rad/s].
   double velocity_radps() const { return drive_.velocity_radps(); }
@@ -69,40 +67,51 @@ class Cia402Node {
  private:
   void ResetApplication();
   void ResetCommunication();
-  void OnNmt(const can::Frame& frame);
+  void ConfigurePdos();
+  void OnNmt(const can::Nmt& request);
   void OnSync(Time now);
-  void OnSdo(const can::Frame& frame);
-  void OnHostHeartbeat(const can::Frame& frame, Time now);
-  void OnReceivePdo(int pdo, const can::Frame& frame, Time now);
-  void ApplyReceivePdo(int pdo, Time now);
+  void OnSdo(const can::Sdo& request);
+  void OnHeartbeat(int node, Time now);
+  void OnReceivePdo(ReceivePdo& receive, const can::Frame& frame, Time now);
+  void Apply(ReceivePdo& receive, std::uint64_t payload, Time now);
   void SetNmt(NmtState state);
-  Abort Write(std::uint16_t index, std::uint8_t sub, std::uint32_t value);
+  AbortCode Write(std::uint16_t index, std::uint8_t sub, int bytes, std::uint32_t value);
   void OnWritten(std::uint16_t index, std::uint8_t sub);
-  void CommunicationLost(std::uint16_t emcy_code);
-  void RaiseFault(std::uint16_t emcy_code, std::uint8_t register_bits);
-  void SendEmcy(std::uint16_t code);
+  void LoseConnection(std::uint32_t emcy_code);
+  void NoteError(std::uint32_t emcy_code, std::uint32_t register_bits);
+  void SendEmergency(std::uint32_t code);
+  void ClearErrors();
   void CheckDeadlines(Time now);
-  void MoveDrive(double dt_s, double position_rad);
-  void PublishFeedback(double position_rad);
-  void SendTransmitPdo(int pdo);
+  void SendHeartbeat(Time now);
+  void PublishState();
+  void Send(TransmitPdo& transmit, Time now);
   void SendEventPdos(Time now);
-  void Queue(std::uint32_t id, int dlc, std::uint64_t little_endian_payload);
+  /// Rows of the bus's table stop at its last joint; a drive may have any id.
+  template <typename Row, typename Msg>
+  void Queue(Row row, const Msg& msg) {
+    row.head.max_node = 127;
+    const Result<can::Frame> frame = can::Encode(row, msg, config_.node_id);
+    if (frame.ok()) {
+      outbox_.push_back(*frame);
+    }
+  }
+  bool ModeIsCsv() const;
 
   Cia402Config config_;
   ObjectDictionary dictionary_;
   CsvDrive drive_;
-  std::array<ReceivePdo, 2> receive_;
-  std::array<TransmitPdo, 2> transmit_;
-  NmtState nmt_ = NmtState::kInitialising;
+  std::vector<ReceivePdo> receive_;
+  std::vector<TransmitPdo> transmit_;
+  NmtState nmt_ = NmtState::kBootUp;
   std::vector<can::Frame> outbox_;
-  std::optional<Time> started_;
+  std::optional<Time> boot_at_;
   Time last_{};
-  Time next_heartbeat_{};
+  bool stepped_ = false;
+  std::optional<Time> next_heartbeat_;
   std::optional<Time> host_seen_;
-  std::optional<Time> command_seen_;
+  bool host_lost_ = false;
   double position_rad_ = 0;
-  std::uint16_t internal_fault_ = 0;
-  std::uint8_t error_register_ = 0;
+  std::uint32_t internal_fault_ = 0;
   int rejected_ = 0;
 };
 

@@ -3,6 +3,8 @@
 
 #include <cstdint>
 
+#include "platform/can/cia402_state.h"
+
 namespace pipewright::hil {
 
 /// What a drive obeys. Units: rad, s.
@@ -14,19 +16,9 @@ struct DriveLimits {
   double upper_rad = 6.2831;
 };
 
-/// The states of CiA 402.
-enum class DriveState : std::uint8_t {
-  kNotReady,
-  kSwitchOnDisabled,
-  kReadyToSwitchOn,
-  kSwitchedOn,
-  kOperationEnabled,
-  kQuickStopActive,
-  kFaultReaction,
-  kFault,
-};
+using can::DriveState;
 
-/// 605Ah and 605Eh, the values this drive knows.
+/// 605Ah, the values this drive knows.
 enum class QuickStopOption : std::int16_t { kRampThenDisable = 2, kRampThenStay = 6 };
 
 /// One joint's CiA 402 drive in cyclic synchronous velocity mode, without a bus: the state machine
@@ -41,12 +33,14 @@ class CsvDrive {
  public:
   /// Leaves kNotReady for kSwitchOnDisabled: the self-test is over.
   void PowerUp();
+  /// Back to kNotReady. A joint that turns is braked, not stopped dead.
+  void Restart();
 
   /// One controlword (6040h). Bits 0-3 are the command, a rising bit 7 resets a fault.
   void Command(std::uint16_t controlword);
 
-  /// Begins the fault reaction (605Eh = 2: ramp, then fault). Returns whether this is news.
-  bool RaiseFault();
+  /// Begins the fault reaction (605Eh = 2: ramp, then fault).
+  void RaiseFault();
   /// Set while a fault's cause persists: it cannot be reset then.
   void HoldFault(bool cause_persists) { fault_held_ = cause_persists; }
 
@@ -58,10 +52,11 @@ class CsvDrive {
 
   DriveState state() const { return state_; }
   double velocity_radps() const { return velocity_radps_; }
-  std::uint16_t Statusword() const;
+  /// 6041h. Bit 12, the drive follows 60FFh, needs the mode.
+  std::uint16_t Statusword(bool mode_is_csv) const;
 
  private:
-  double Ramp(double target_radps, double rate_radps2, double dt_s) const;
+  double Allowed(double target_radps, double dt_s, double position_rad, const DriveLimits& limits);
 
   DriveState state_ = DriveState::kNotReady;
   QuickStopOption quick_stop_option_ = QuickStopOption::kRampThenDisable;
@@ -69,7 +64,6 @@ class CsvDrive {
   std::uint16_t controlword_ = 0;
   bool fault_held_ = false;
   bool internal_limit_ = false;
-  bool follows_ = false;
 };
 
 }  // namespace pipewright::hil

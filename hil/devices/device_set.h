@@ -2,7 +2,6 @@
 #pragma once
 
 #include <array>
-#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -68,7 +67,7 @@ class DeviceSet {
   bool OnBus(int device, Time now) const;
   void Receive(Time now);
   void Send(int device, Time now);
-  int PortOfDevice(int device) const;
+  std::size_t PortOfDevice(int device) const;
 
   DeviceSetConfig config_;
   std::vector<Port*> ports_;

@@ -6,10 +6,9 @@
 
 namespace pipewright::hil {
 
-/// SDO abort codes of CiA 301, table 22.
-enum class Abort : std::uint32_t {
+/// The SDO abort codes of CiA 301, table 22, that this server sends.
+enum class AbortCode : std::uint32_t {
   kNone = 0,
-  kToggle = 0x05030000,
   kCommand = 0x05040001,
   kUnsupportedAccess = 0x06010000,
   kWriteOnly = 0x06010001,
@@ -33,15 +32,19 @@ enum class Mappable : std::uint8_t { kNo, kReceive, kTransmit, kBoth };
 /// One entry of up to 4 bytes (the emulated drive has no longer ones).
 struct Object {
   int bytes = 4;
+  bool is_signed = false;
   Access access = Access::kReadOnly;
   Mappable mappable = Mappable::kNo;
-  bool is_signed = false;
-  std::int64_t min = 0;  ///< of the value as the type reads it
-  std::int64_t max = 0xFFFFFFFF;
   std::uint32_t value = 0;  ///< the low `bytes` bytes; the rest zero
+  std::int64_t min = 0;     ///< of the value as the type reads it
+  std::int64_t max = 0xFFFFFFFF;
 
   std::int64_t Signed() const;  ///< the value as the type reads it
 };
+
+/// An entry of this size, sign and starting value, whose limits are the type's.
+Object Unsigned(int bytes, Access access, std::uint32_t value, Mappable mappable = Mappable::kNo);
+Object Signed(int bytes, Access access, std::int32_t value, Mappable mappable = Mappable::kNo);
 
 /// The object dictionary of one CANopen node: entries by (index, subindex). Pointers to entries
 /// stay valid.
@@ -53,12 +56,15 @@ class ObjectDictionary {
   std::uint32_t Value(std::uint16_t index, std::uint8_t sub) const;  ///< 0 when there is none
   void Set(std::uint16_t index, std::uint8_t sub, std::uint32_t value);
 
+  /// Takes over the values of `other` in [first_index, 0xFFFF]; both must have the same entries.
+  void TakeValues(const ObjectDictionary& other, std::uint16_t first_index);
+
   /// Why an access is refused, or kNone. `bytes` 0: the client did not state a size.
-  Abort CheckRead(std::uint16_t index, std::uint8_t sub) const;
-  Abort CheckWrite(std::uint16_t index, std::uint8_t sub, int bytes, std::uint32_t value) const;
+  AbortCode CheckRead(std::uint16_t index, std::uint8_t sub) const;
+  AbortCode CheckWrite(std::uint16_t index, std::uint8_t sub, int bytes, std::uint32_t value) const;
 
  private:
-  Abort CheckExists(std::uint16_t index, std::uint8_t sub) const;
+  AbortCode CheckExists(std::uint16_t index, std::uint8_t sub) const;
 
   std::map<std::uint32_t, Object> entries_;  // index << 8 | sub
 };

@@ -29,8 +29,8 @@ class Pdo {
 
   /// The rules of CiA 301 7.5.2.35: an identifier changes only through off, mapping only while off
   /// and count 0, entries must exist, be mappable in this direction and together fit 8 bytes.
-  Abort CheckWrite(const ObjectDictionary& dictionary, std::uint16_t index, std::uint8_t sub,
-                   std::uint32_t value) const;
+  AbortCode CheckWrite(const ObjectDictionary& dictionary, std::uint16_t index, std::uint8_t sub,
+                       std::uint32_t value) const;
 
   /// Takes over what the dictionary now says.
   void Configure(ObjectDictionary& dictionary);
@@ -51,8 +51,8 @@ class Pdo {
   const std::vector<std::uint32_t>& entries() const { return entries_; }
 
  private:
-  Abort CheckMapping(const ObjectDictionary& dictionary, std::uint8_t sub,
-                     std::uint32_t value) const;
+  AbortCode CheckMapping(const ObjectDictionary& dictionary, std::uint8_t sub,
+                         std::uint32_t value) const;
 
   std::uint16_t communication_;
   std::uint16_t mapping_;
@@ -71,6 +71,7 @@ class Pdo {
 struct ReceivePdo {
   Pdo pdo;
   std::optional<std::uint64_t> pending;
+  std::optional<Time> applied;  ///< when the last one took effect; its deadline counts from here
 };
 
 /// A transmit PDO and what was last sent.

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "platform/can/frame.h"
+#include "platform/can/tracer_messages.h"
 #include "platform/core/time.h"
 
 namespace pipewright::hil {
@@ -13,10 +14,8 @@ namespace pipewright::hil {
 /// How this Tracer is built and set. The defaults are the TRACER's where a manual gives a figure;
 /// ramps are unpublished and ours.
 struct TracerConfig {
-  // Values of 0x211's control mode; manuals differ. Ours: 0 standby, 1 CAN, 3 remote control.
-  std::uint8_t mode_standby = 0;
-  std::uint8_t mode_can = 1;
-  std::uint8_t mode_remote = 3;
+  can::ControlModeCodes modes = can::kModesSdk;  ///< the values of 0x211's control mode
+  std::uint32_t estop_error = can::base_error::kEmergencyStop;  ///< some bases say 0x0080
 
   double track_m = 0.35;
   double wheel_radius_m = 0.0605;
@@ -57,7 +56,7 @@ struct BaseMotion {
 ///   0x441 clears it with the cause gone
 ///
 /// Sends 0x211 0x221 0x231 0x241 0x251 0x252 0x311 every 20 ms, 0x261 0x262 every 100 ms, 0x361
-/// every 500 ms. 0x241 only while the transmitter is on. Motor 1 is the left wheel, motor 2 the
+/// every 500 ms. Motor 1 is the left wheel, motor 2 the
 /// right (the manuals do not say); both turn positive when driving forward.
 class TracerDevice {
  public:
@@ -85,24 +84,19 @@ class TracerDevice {
   int rejected() const { return rejected_; }
 
  private:
-  struct Lights {
-    double enable = 0;
-    double front_mode = 0;
-    double front_custom = 0;
-  };
-
   void OnMotionCommand(const can::Frame& frame, Time now);
   void OnLightCommand(const can::Frame& frame);
   void OnModeCommand(const can::Frame& frame);
   void OnReset(const can::Frame& frame);
-  void UpdateFaults();
   void Drive(double dt_s, Time now);
   void Publish(Time now, std::vector<can::Frame>& out);
   void PublishFast(std::vector<can::Frame>& out);
-  void PublishMotors(std::vector<can::Frame>& out) const;
+  void PublishSlow(std::vector<can::Frame>& out) const;
   double LeftWheel_mps() const;
   double RightWheel_mps() const;
-  std::uint16_t ErrorBits() const;
+  bool Powered() const;
+  std::uint32_t ErrorBits() const;
+  can::ControlMode Mode() const;
 
   TracerConfig config_;
   std::optional<Time> booted_;
@@ -126,8 +120,8 @@ class TracerDevice {
   double omega_radps_ = 0;
   double left_m_ = 0;
   double right_m_ = 0;
-  Lights lights_;
-  std::uint8_t count_system_ = 0;
+  can::BaseLight lights_;
+  std::uint8_t count_state_ = 0;
   std::uint8_t count_light_ = 0;
   std::uint8_t count_remote_ = 0;
   int watchdog_trips_ = 0;

@@ -1,0 +1,308 @@
+// SPDX-License-Identifier: MIT
+#include "hil/devices/tracer_device.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+
+#include "platform/can/tracer.h"
+
+namespace pipewright::hil {
+namespace {
+
+using can::ControlMode;
+using can::VehicleState;
+using std::chrono::milliseconds;
+
+constexpr double kUndervoltage_V = 22.0;         // the drives lose their power
+constexpr double kUndervoltageWarning_V = 22.5;  // and get it back
+constexpr double kPi = 3.14159265358979323846;
+
+/// 0x111 as the base reads it: what its limits forbid is clamped, not refused.
+constexpr auto AnyTwistCommand() {
+  auto row = can::kBaseTwistCommand;
+  for (auto& signal : row.signals) {
+    signal.min = -0x1p15 * signal.scale;
+    signal.max = (0x1p15 - 1) * signal.scale;
+  }
+  return row;
+}
+constexpr auto kAnyTwistCommand = AnyTwistCommand();
+static_assert(can::WellFormed(kAnyTwistCommand));
+
+double Ramp(double from, double to, double step) {
+  return from + std::clamp(to - from, -step, step);
+}
+
+/// Not inlined: gcc 12 would see a message without codes beside the codec's branch for codes, and
+/// warn of a read that never happens.
+template <typename Row, typename Msg>
+[[gnu::noinline]] void Append(const Row& row, const Msg& msg, std::vector<can::Frame>& out,
+                              int node = 0) {
+  const Result<can::Frame> frame = can::Encode(row, msg, node);
+  if (frame.ok()) {
+    out.push_back(*frame);
+  }
+}
+
+bool Due(Time& next, Time now, Duration period) {
+  if (now < next) {
+    return false;
+  }
+  next += period;
+  return true;
+}
+
+}  // namespace
+
+bool TracerConfig::Valid() const {
+  return track_m > 0 && wheel_radius_m > 0 && v_max_mps >= 0 && omega_max_radps >= 0 &&
+         accel_mps2 > 0 && alpha_radps2 > 0 && brake_mps2 > 0 && brake_radps2 > 0 &&
+         stop_mps2 > 0 && stop_radps2 > 0 && command_timeout > Duration::zero() &&
+         boot_time >= Duration::zero() && std::isfinite(battery_V) && charge_percent >= 0 &&
+         charge_percent <= 100 && yaw_scale > 0 && slip >= 0 && slip <= 1;
+}
+
+TracerDevice::TracerDevice(const TracerConfig& config) : config_(config) {
+  assert(config.Valid());
+  SetBattery(config.battery_V, config.charge_percent);
+}
+
+void TracerDevice::OnFrame(const can::Frame& frame, Time now) {
+  if (!booted_ || now < *booted_) {
+    return;
+  }
+  switch (frame.id) {
+    case can::kBaseTwistCommand.head.id:
+      return OnMotionCommand(frame, now);
+    case can::kBaseLightCommand.head.id:
+      return OnLightCommand(frame);
+    case can::kBaseModeRequest.head.id:
+      return OnModeCommand(frame);
+    case can::kBaseErrorReset.head.id:
+      return OnReset(frame);
+    default:
+      return;
+  }
+}
+
+void TracerDevice::OnMotionCommand(const can::Frame& frame, Time now) {
+  const Result<can::BaseTwistCommand> command = can::Decode(kAnyTwistCommand, frame);
+  if (!command.ok()) {
+    ++rejected_;
+    return;
+  }
+  if (!can_mode_ || remote_on_) {
+    return;
+  }
+  last_command_ = now;
+  timed_out_ = false;
+  target_v_mps_ = std::clamp(command->v_mps, -config_.v_max_mps, config_.v_max_mps);
+  target_omega_radps_ =
+      std::clamp(command->omega_radps, -config_.omega_max_radps, config_.omega_max_radps);
+}
+
+void TracerDevice::OnLightCommand(const can::Frame& frame) {
+  const Result<can::BaseLight> lights = can::Decode(can::kBaseLightCommand, frame);
+  if (!lights.ok()) {
+    ++rejected_;
+    return;
+  }
+  lights_ = *lights;
+  lights_.rear_mode = 0;  // a Tracer has no rear light
+  lights_.rear_percent = 0;
+}
+
+void TracerDevice::OnModeCommand(const can::Frame& frame) {
+  const Result<can::BaseModeRequest> request = can::Decode(can::kBaseModeRequest, frame);
+  if (!request.ok()) {
+    ++rejected_;
+    return;
+  }
+  if (remote_on_) {
+    return;
+  }
+  const bool wanted = request->mode == 1;
+  if (wanted != can_mode_) {
+    last_command_.reset();
+    target_v_mps_ = 0;
+    target_omega_radps_ = 0;
+  }
+  can_mode_ = wanted;
+}
+
+void TracerDevice::OnReset(const can::Frame& frame) {
+  const Result<can::BaseErrorReset> reset = can::Decode(can::kBaseErrorReset, frame);
+  if (!reset.ok()) {
+    ++rejected_;
+    return;
+  }
+  exception_ = motor_lost_[0] || motor_lost_[1];
+}
+
+void TracerDevice::SetRemote(bool on, double v_mps, double omega_radps) {
+  if (remote_on_ != on) {  // the transmitter takes the base out of CAN mode, and does not give back
+    can_mode_ = false;
+    last_command_.reset();
+    target_v_mps_ = 0;
+    target_omega_radps_ = 0;
+  }
+  remote_on_ = on;
+  remote_v_mps_ = std::clamp(v_mps, -config_.v_max_mps, config_.v_max_mps);
+  remote_omega_radps_ = std::clamp(omega_radps, -config_.omega_max_radps, config_.omega_max_radps);
+}
+
+void TracerDevice::SetBattery(double volts, double charge_percent) {
+  config_.battery_V = std::clamp(volts, 0.0, 100.0);
+  config_.charge_percent = std::clamp(charge_percent, 0.0, 100.0);
+  if (volts < kUndervoltage_V) {
+    undervoltage_ = true;
+  } else if (volts >= kUndervoltageWarning_V) {
+    undervoltage_ = false;
+  }
+}
+
+void TracerDevice::LoseMotorDriver(int motor, bool lost) {
+  assert(motor == 1 || motor == 2);
+  motor_lost_[motor - 1] = lost;
+  exception_ = exception_ || lost;
+}
+
+void TracerDevice::SetSlip(double slip, double yaw_scale) {
+  config_.slip = slip;
+  config_.yaw_scale = yaw_scale;
+  assert(config_.Valid());
+}
+
+BaseMotion TracerDevice::motion() const {
+  return {v_mps_ * (1 - config_.slip), omega_radps_ * config_.yaw_scale};
+}
+
+bool TracerDevice::Powered() const { return !emergency_stop_ && !exception_ && !undervoltage_; }
+
+ControlMode TracerDevice::Mode() const {
+  return remote_on_ ? ControlMode::kRemote : can_mode_ ? ControlMode::kCan : ControlMode::kStandby;
+}
+
+void TracerDevice::Drive(double dt_s, Time now) {
+  double v = 0;
+  double omega = 0;
+  double accel = config_.stop_mps2;
+  double alpha = config_.stop_radps2;
+  if (Powered() && remote_on_) {
+    v = remote_v_mps_;
+    omega = remote_omega_radps_;
+    accel = config_.accel_mps2;
+    alpha = config_.alpha_radps2;
+  } else if (Powered()) {
+    if (last_command_ && now - *last_command_ > config_.command_timeout && !timed_out_) {
+      timed_out_ = true;
+      ++watchdog_trips_;
+    }
+    const bool commanded = can_mode_ && last_command_ && !timed_out_;
+    v = commanded ? target_v_mps_ : 0;
+    omega = commanded ? target_omega_radps_ : 0;
+    accel = commanded ? config_.accel_mps2 : config_.brake_mps2;
+    alpha = commanded ? config_.alpha_radps2 : config_.brake_radps2;
+  }
+  v_mps_ = Ramp(v_mps_, v, accel * dt_s);
+  omega_radps_ = Ramp(omega_radps_, omega, alpha * dt_s);
+  left_m_ += LeftWheel_mps() * dt_s;
+  right_m_ += RightWheel_mps() * dt_s;
+}
+
+double TracerDevice::LeftWheel_mps() const { return v_mps_ - omega_radps_ * config_.track_m / 2; }
+
+double TracerDevice::RightWheel_mps() const { return v_mps_ + omega_radps_ * config_.track_m / 2; }
+
+void TracerDevice::Step(Time now, std::vector<can::Frame>& out) {
+  if (!booted_) {
+    booted_ = now + config_.boot_time;
+    next_fast_ = next_slow_ = next_bms_ = *booted_;
+    last_ = now;
+    return;
+  }
+  Drive(ToSeconds(now - last_), now);
+  last_ = now;
+  if (now >= *booted_) {
+    Publish(now, out);
+  }
+}
+
+void TracerDevice::Publish(Time now, std::vector<can::Frame>& out) {
+  if (Due(next_fast_, now, can::kBaseState.head.period)) {
+    PublishFast(out);
+  }
+  if (Due(next_slow_, now, can::kBaseMotorSlow.head.period)) {
+    PublishSlow(out);
+  }
+  if (Due(next_bms_, now, can::kBaseBattery.head.period)) {
+    Append(can::kBaseBattery,
+           can::BaseBattery{.charge_percent = config_.charge_percent,
+                            .health_percent = 100,
+                            .voltage_V = config_.battery_V,
+                            .current_A = 0,
+                            .temperature_degC = 25},
+           out);
+  }
+}
+
+std::uint32_t TracerDevice::ErrorBits() const {
+  std::uint32_t bits = 0;
+  bits |= undervoltage_ ? can::base_error::kUndervoltage : 0;
+  bits |= config_.battery_V < kUndervoltageWarning_V ? can::base_error::kUndervoltageWarning : 0;
+  bits |= motor_lost_[0] ? can::base_error::kMotor1Lost : 0;
+  bits |= motor_lost_[1] ? can::base_error::kMotor2Lost : 0;
+  bits |= emergency_stop_ ? config_.estop_error : 0;
+  return bits;
+}
+
+void TracerDevice::PublishFast(std::vector<can::Frame>& out) {
+  const VehicleState state = emergency_stop_               ? VehicleState::kEmergencyStop
+                             : exception_ || undervoltage_ ? VehicleState::kException
+                                                           : VehicleState::kNormal;
+  Append(can::kBaseState,
+         can::BaseState{.vehicle_state = static_cast<std::uint32_t>(state),
+                        .control_mode = config_.modes.Code(Mode()),
+                        .battery_V = config_.battery_V,
+                        .errors = ErrorBits(),
+                        .count = count_state_++},
+         out);
+  Append(can::kBaseTwist, can::BaseTwist{.v_mps = v_mps_, .omega_radps = omega_radps_}, out);
+  can::BaseLight lights = lights_;
+  lights.count = count_light_++;
+  Append(can::kBaseLightState, lights, out);
+  const auto percent = [](double value, double full) {
+    return full > 0 ? 100 * value / full : 0.0;
+  };
+  can::BaseRemote remote{.count = count_remote_++};
+  if (remote_on_) {
+    remote.swa = remote.swb = remote.swc = remote.swd = 3;
+    remote.right_vertical = percent(remote_v_mps_, config_.v_max_mps);
+    remote.left_horizontal = -percent(remote_omega_radps_, config_.omega_max_radps);
+  }
+  Append(can::kBaseRemote, remote, out);
+  for (const int motor : {1, 2}) {
+    const double rim_mps = motor == 1 ? LeftWheel_mps() : RightWheel_mps();
+    const double rpm = rim_mps / config_.wheel_radius_m * 60 / (2 * kPi);
+    Append(can::kBaseMotorFast, can::BaseMotorFast{.speed_rpm = rpm}, out, motor);
+  }
+  Append(can::kBaseOdometer, can::BaseOdometer{.left_m = left_m_, .right_m = right_m_}, out);
+}
+
+void TracerDevice::PublishSlow(std::vector<can::Frame>& out) const {
+  constexpr std::uint32_t kCanLost = 1U << 4;
+  constexpr std::uint32_t kEnabled = 1U << 6;
+  for (const int motor : {1, 2}) {
+    Append(can::kBaseMotorSlow,
+           can::BaseMotorSlow{.driver_V = undervoltage_ ? 0 : config_.battery_V,
+                              .driver_degC = 30,
+                              .motor_degC = 30,
+                              .driver_state = motor_lost_[motor - 1] ? kCanLost
+                                              : Powered()            ? kEnabled
+                                                                     : 0},
+           out, motor);
+  }
+}
+
+}  // namespace pipewright::hil
