@@ -12,7 +12,7 @@
 namespace pipewright::hil {
 namespace {
 
-constexpr int kPacket = 8;
+constexpr int kPacket = 16;
 
 constexpr float kGrazingNone = 0.2F;  ///< cosine above which no reading is lost to grazing
 constexpr float kGrazingAll = 0.05F;  ///< below which all are
@@ -105,12 +105,29 @@ Time DepthCamera::next_stamp() const {
   return Time{FromSeconds(static_cast<double>(sequence_) / spec_.rate_hz)};
 }
 
-void DepthCamera::PlaceRobot(std::span<const Isometry3d> X_WL) {
+/// Whether a sphere may be in the picture: it is not wholly beyond one side of the view's pyramid.
+bool DepthCamera::MaySee(const Vector3d& center_S, double radius_m) const {
+  const auto inside = [&](double across, double tangent) {
+    return across - tangent * center_S.z() <= radius_m * std::sqrt(1 + tangent * tangent);
+  };
+  return center_S.z() > -radius_m &&
+         inside(std::abs(center_S.x()), spec_.width / (2 * intrinsics_.fx)) &&
+         inside(std::abs(center_S.y()), spec_.height / (2 * intrinsics_.fy));
+}
+
+void DepthCamera::PlaceRobot(const Isometry3d& X_WS, std::span<const Isometry3d> X_WL) {
+  const Isometry3d X_SW = X_WS.inverse();
   for (std::size_t i = 0; i < bodies_.size(); ++i) {
     // Geometry ids are given in the order of attachment.
     RTCGeometry instance = rtcGetGeometry(scene_.get(), static_cast<unsigned>(solids_ + i));
     const Isometry3d X_WG = X_WL[bodies_[i].link] * bodies_[i].X_LG;
     R_WG_[i] = X_WG.linear().cast<float>();
+    // Most of the robot is behind its camera, and an instance costs a ray more than a solid does.
+    if (!MaySee(X_SW * X_WG.translation(), BoundingRadius(bodies_[i].shape))) {
+      rtcDisableGeometry(instance);
+      continue;
+    }
+    rtcEnableGeometry(instance);
     SetTransform(instance, X_WG);
     rtcCommitGeometry(instance);
   }
@@ -133,7 +150,7 @@ DepthCamera::ExactPixel DepthCamera::PixelOf(float z_m, std::uint32_t geometry,
 
 const std::vector<DepthCamera::ExactPixel>& DepthCamera::Trace(const Isometry3d& X_WS,
                                                                std::span<const Isometry3d> X_WL) {
-  PlaceRobot(X_WL);
+  PlaceRobot(X_WS, X_WL);
   const Eigen::Matrix3f R_WS = X_WS.linear().cast<float>();
   const Eigen::Vector3f p_WS = X_WS.translation().cast<float>();
   RTCIntersectContext context;
@@ -141,8 +158,8 @@ const std::vector<DepthCamera::ExactPixel>& DepthCamera::Trace(const Isometry3d&
   context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
   const int pixels = static_cast<int>(exact_.size());
   for (int first = 0; first < pixels; first += kPacket) {
-    alignas(32) int valid[kPacket];
-    alignas(32) RTCRayHit8 packet{};
+    alignas(64) int valid[kPacket];
+    alignas(64) RTCRayHit16 packet{};
     Eigen::Vector3f d_W[kPacket];
     for (int k = 0; k < kPacket; ++k) {
       const int pixel = first + k;
@@ -164,7 +181,7 @@ const std::vector<DepthCamera::ExactPixel>& DepthCamera::Trace(const Isometry3d&
       packet.hit.geomID[k] = RTC_INVALID_GEOMETRY_ID;
       packet.hit.instID[0][k] = RTC_INVALID_GEOMETRY_ID;
     }
-    rtcIntersect8(valid, scene_.get(), &context, &packet);
+    rtcIntersect16(valid, scene_.get(), &context, &packet);
     for (int k = 0; k < kPacket && first + k < pixels; ++k) {
       const Eigen::Vector3f n(packet.hit.Ng_x[k], packet.hit.Ng_y[k], packet.hit.Ng_z[k]);
       exact_[first + k] =

@@ -52,7 +52,8 @@ class DepthCamera {
   ExactPixel PixelOf(float z_m, std::uint32_t geometry, std::uint32_t instance, Eigen::Vector3f n,
                      const Eigen::Vector3f& d_W) const;
   double TooNear(double z_m, std::uint64_t bits) const;
-  void PlaceRobot(std::span<const Isometry3d> X_WL);
+  bool MaySee(const Vector3d& center_S, double radius_m) const;
+  void PlaceRobot(const Isometry3d& X_WS, std::span<const Isometry3d> X_WL);
   std::uint16_t Read(int pixel, std::uint64_t frame_key) const;
   bool BesideJump(int pixel) const;
 

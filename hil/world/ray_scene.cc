@@ -95,11 +95,7 @@ RayDevice NewRayDevice() {
   return device;
 }
 
-RayScenePtr NewRayScene(RTCDeviceTy* device) {
-  RayScenePtr scene(rtcNewScene(device));
-  rtcSetSceneFlags(scene.get(), RTC_SCENE_FLAG_ROBUST);
-  return scene;
-}
+RayScenePtr NewRayScene(RTCDeviceTy* device) { return RayScenePtr(rtcNewScene(device)); }
 
 void AttachShape(RTCDeviceTy* device, RTCSceneTy* scene, const Shape& shape,
                  const Isometry3d& X_WG) {
@@ -137,6 +133,7 @@ void AttachSolid(RTCDeviceTy* device, RTCSceneTy* scene, const Solid& solid) {
 
 RayScene::RayScene(const std::vector<Solid>& solids)
     : device_(NewRayDevice()), scene_(NewRayScene(device_.get())) {
+  rtcSetSceneFlags(scene_.get(), RTC_SCENE_FLAG_ROBUST);  // no ray slips through an edge
   for (const Solid& solid : solids) {
     AttachSolid(device_.get(), scene_.get(), solid);
   }
