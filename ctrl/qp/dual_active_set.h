@@ -1,34 +1,145 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <algorithm>
+#include <cassert>
+
 #include "ctrl/qp/qp.h"
+#include "ctrl/qp/working_set.h"
 
 namespace pipewright {
 
 struct QpConfig {
   int max_iterations = 200;
   double feasibility_tol = 1e-10;  ///< of a row or bound at an optimum, in the row's unit
+  double stationarity_tol = 1e-9;  ///< of Hx + g + A'lambda, relative to its largest term
 };
 
-constexpr bool Valid(const QpConfig& c) { return c.max_iterations > 0 && c.feasibility_tol > 0; }
+constexpr bool Valid(const QpConfig& c) {
+  return c.max_iterations > 0 && c.feasibility_tol > 0 && c.stationarity_tol > 0;
+}
 
-/// Solves QpProblems of one size, warm-started from the active set of the last solve.
+/// Dual active-set method of Goldfarb and Idnani (Math. Programming 27, 1983) for QpProblem.
+///
+/// Why this one: it starts from the unconstrained minimum, so a start near the answer costs as many
+/// iterations as rows differ; it ends with an infeasibility proof; and in control few rows are
+/// active, so it touches few: J a_i is formed for active rows only, all others are tested as A x
+/// in one sweep. Soft rows enter as d_i on the diagonal of the active Gram matrix: no variable, and
+/// never dependent. See WorkingSet for the factor.
+///
+/// Work: per solve n^3 + rows n; per iteration (add or drop, k active) 2 n k + k^2 + n^2 + rows n
+/// multiply-adds. Every loop is bounded; the iteration cap bounds the whole. No heap, no throw.
+///
+/// It ends: each row added raises the dual objective by viol^2 / (2 pivot) > 0, drops in between
+/// only shrink the set, so no active set returns in exact arithmetic; in rounded arithmetic the cap
+/// ends it.
+///
+/// Anytime-safe: let f satisfy all hard rows, and x be the capped iterate. On x(t) = f + t (x - f),
+/// each hard side is a_i'f + t a_i'(x - f) <= hi_i, true at t = 0 and affine in t, so it holds up
+/// to t_i = (hi_i - a_i'f) / a_i'(x - f) where the slope is positive, and for all t elsewhere. At
+/// t = min(1, min t_i) >= 0 all hold. The answer is x(t), and is tested once more.
+///
+/// Optimal is a claim that is checked: after the last iteration the KKT residual in the original
+/// data is computed, and refined with the factor at hand; if it stays above its tolerance the
+/// status is kCapped.
 template <int n, int m>
 class QpSolver {
  public:
-  explicit QpSolver(const QpConfig& config = {}) : config_(config) {}
+  explicit QpSolver(const QpConfig& config = {}) : config_(config) { assert(Valid(config)); }
 
   /// @param feasible  a point known to satisfy every hard row and the box (in control usually 0),
   ///                  or nullptr. When the solve is capped the answer lies between it and the
   ///                  last iterate, at the last point that satisfies every hard row.
-  /// The result stays valid until the next call.
+  /// The result stays valid until the next call. Nothing of a failed solve is carried to the next.
   const QpSolution<n, m>& Solve(const QpProblem<n, m>& qp, const Vec<n>* feasible = nullptr);
 
   /// The next solve starts from no active set.
-  void ForgetActiveSet();
+  void ForgetActiveSet() { warm_size_ = 0; }
 
  private:
+  /// Hard rows that are active are independent, so at most n; of soft ones, 64 are held at a time.
+  /// One more is kCapped.
+  static constexpr int kMaxActive = n + (m < 64 ? m : 64);
+  static constexpr double kRounding = 1e-13;      ///< of A x, per |x|
+  static constexpr double kSmallResidual = 1e-2;  ///< of the tolerances: nothing to refine
+  static constexpr double kWrongSign = 1e-10;     ///< a multiplier's, of the largest
+  static constexpr double kSeedPivot = 1e-12;     ///< of |m|^2: less, and a remembered row waits
+  static constexpr double kTiny = 1e-300;
+  static constexpr int kMaxRefinements = 4;
+  using Set = qp::WorkingSet<n, kMaxActive>;
+  using Member = typename Set::Member;
+  using V = qp::PaddedVec<n>;
+  using Problem = QpProblem<n, m>;
+
+  enum class Step { kGoOn, kOptimal, kInfeasible, kCapped, kIllConditioned, kInvalid };
+
+  struct Warm {
+    int name;
+    int key;
+    int side;
+  };
+
+  Step SolveFromSeed(const Problem& qp);
+
+  // dual_active_set_start_inl.h
+  Step Prepare(const Problem& qp);
+  Step Contradiction(const Problem& qp);
+  Step Seed(const Problem& qp);
+  void SeedOne(const Problem& qp, int name, int side, bool equality);
+  int FindRow(const Problem& qp, const Warm& warm) const;
+  Member MakeMember(const Problem& qp, int name, int side, bool equality) const;
+  void RestartCold(const Problem& qp);
+  void Mask(const Problem& qp, int name, bool active);
+
+  // dual_active_set_inl.h
+  int MostViolated(const Problem& qp) const;
+  Step Add(const Problem& qp, int name);
+  int FirstToReachZero(double& t) const;
+  Step DropWrongSigns(const Problem& qp);
+  void SolveOnWorkingSet();
+  Step Polish(const Problem& qp);
+  double Residual(const Problem& qp, V& s, double* w) const;
+  void Correct(const V& s, double* w);
+  void NameConflict(const Member& p);
+
+  // dual_active_set_report_inl.h
+  void Report(const Problem& qp, Step end, const Vec<n>* feasible);
+  void ReportMultipliers();
+  void RememberActiveSet(const Problem& qp);
+  void Retreat(const Problem& qp, const Vec<n>& from);
+  bool HardFeasible(const Problem& qp, const Vec<n>& x) const;
+
+  /// Follows |x| up once the rounding of A x does.
+  double Tolerance() const {
+    return std::max(config_.feasibility_tol, kRounding * x_.template lpNorm<Eigen::Infinity>());
+  }
+  static double Lower(const Problem& qp, int name) {
+    return name < m ? qp.lo[name] : qp.lb[name - m];
+  }
+  static double Upper(const Problem& qp, int name) {
+    return name < m ? qp.hi[name] : qp.ub[name - m];
+  }
+
   QpConfig config_;
+  QpSolution<n, m> solution_;
+  qp::InverseFactor<n> J_;
+  Set set_;
+  typename Set::Projection projection_;
+  V x0_;  ///< the unconstrained minimum, -H^-1 g
+  V x_;
+  Vec<Problem::kStride> lo_;  ///< the problem's, with active rows masked by infinities
+  Vec<Problem::kStride> hi_;
+  Vec<n> lb_;
+  Vec<n> ub_;
+  bool equalities_ = false;
+  Warm warm_[kMaxActive];
+  int warm_size_ = 0;
 };
+
+/// The size the robot's controller uses, compiled once in dual_active_set.cc. For other sizes
+/// include dual_active_set_inl.h.
+inline constexpr int kControlQpVariables = 9;
+inline constexpr int kControlQpRows = 192;
+extern template class QpSolver<kControlQpVariables, kControlQpRows>;
 
 }  // namespace pipewright

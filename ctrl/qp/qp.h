@@ -20,7 +20,7 @@ inline constexpr double kInfinity = std::numeric_limits<double>::infinity();
 ///               lb <= x <= ub                  hard, no row stored
 ///
 /// lo_i = hi_i marks an equality. -inf / +inf: no such side. H (n x n) is symmetric positive
-/// definite, its lower triangle is read. Units are the caller's; scale rows to order one, for
+/// definite, both triangles are given. Units are the caller's; scale rows to order one, for
 /// feasibility is judged by an absolute tolerance (QpConfig).
 template <int n, int m>
 struct QpProblem {
