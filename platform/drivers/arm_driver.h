@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
 
 #include "platform/can/arm_startup.h"
 #include "platform/core/time.h"
@@ -11,6 +12,7 @@
 namespace pipewright {
 
 struct ArmDriverConfig {
+  int cycle_ms = can::kArmCycle_ms;                       ///< between two Steps; told to the drives
   Duration start_timeout = std::chrono::seconds(5);       ///< for all seven to answer
   Duration sdo_timeout = std::chrono::milliseconds(200);  ///< of one request
   int sdo_tries = 3;
@@ -22,9 +24,9 @@ struct ArmDriverConfig {
   double standstill_radps = 1e-3;
 
   constexpr bool Valid() const {
-    return start_timeout > Duration::zero() && sdo_timeout > Duration::zero() && sdo_tries > 0 &&
-           enable_timeout > Duration::zero() &&
-           feedback_timeout >= std::chrono::milliseconds(2 * can::kArmCycle_ms) &&
+    return cycle_ms >= 1 && cycle_ms <= 50 && start_timeout > Duration::zero() &&
+           sdo_timeout > Duration::zero() && sdo_tries > 0 && enable_timeout > Duration::zero() &&
+           feedback_timeout >= std::chrono::milliseconds(2 * cycle_ms) &&
            heartbeat_timeout >= std::chrono::milliseconds(2 * can::kHeartbeatPeriod_ms) &&
            rest_timeout > Duration::zero() && disable_timeout > Duration::zero() &&
            standstill_radps > 0;
@@ -95,28 +97,34 @@ class ArmDriver {
     std::uint32_t emergency = 0;
     std::uint32_t sent_word = 0;
   };
-  struct Receiver;
 
-  void OnSdo(Node& node, int id, const can::Sdo& sdo);
+  void OnHeartbeat(Node& node, const can::Heartbeat& heartbeat, Time stamp);
+  void OnSdo(Node& node, int id, const can::SdoMeaning& sdo);
   void StepWaiting(Time now, TxBatch& out);
   void StepConfiguring(Time now, TxBatch& out);
+  bool AskNext(Node& node, int id, Time now, TxBatch& out);
   void StepEnabling(Time now, TxBatch& out);
   void StepReady(Time now, TxBatch& out);
   void StepStopping(Time now, TxBatch& out);
-  void SendCommands(const std::uint32_t (&words)[can::kArmNodes], const ArmVector& velocity,
-                    TxBatch& out);
+  void CheckEnabled(int id, const Node& node);
+  void CheckAges(int id, const Node& node, Time now);
+  void SendWords(const std::array<std::uint32_t, can::kArmNodes>& words, const ArmVector& velocity,
+                 TxBatch& out);
   void SendToAll(std::uint32_t word, const ArmVector& velocity, TxBatch& out);
+  void SendNmt(can::NmtCommand command, TxBatch& out);
   void SendHeartbeat(Time now, TxBatch& out);
   void Send(const Result<can::Frame>& frame, TxBatch& out);
-  void Check(Time now);
-  void Fail(Status status, Problem problem, int node, std::uint32_t detail);
   void Enter(DriverPhase phase, Time now);
+  void Fail(Status status, Problem problem, int node, std::uint32_t detail);
+  /// The value that `step` has for drive `id` in this configuration.
+  std::uint32_t ValueOf(const can::StartupStep& step, int id) const;
 
   ArmDriverConfig config_;
   DriverPhase phase_ = DriverPhase::kWaiting;
   DeviceFault fault_;
   Time phase_start_{};
   bool started_ = false;
+  bool stop_requested_ = false;
   bool pdos_active_ = false;  ///< the drives have been started: they listen to RPDO1 and SYNC
   bool disabling_ = false;
   std::array<Node, can::kArmNodes> nodes_;

@@ -46,8 +46,8 @@ class TracerDriver {
   /// Any frame of the bus; its stamp counts. What is not the base's is counted and ignored.
   void OnFrame(const can::Frame& frame);
 
-  /// The twist until the next Step: v [m/s], omega [rad/s]. kOutOfRange: outside the limits of
-  /// 0x111 or not finite; kUnavailable: not ready. Then zero is sent.
+  /// The twist that the next Step may send: v [m/s], omega [rad/s]. kOutOfRange: outside the limits
+  /// of 0x111 or not finite; kUnavailable: not ready. Then zero is sent.
   Status Command(double v_mps, double omega_radps);
 
   /// Moves to `now` and appends what is due.
@@ -73,19 +73,21 @@ class TracerDriver {
   int tx_dropped() const { return tx_dropped_; }  ///< frames for which `out` had no room
 
  private:
-  void Send(const Result<can::Frame>& frame, TxBatch& out);
-  void SendTwist(Time now, bool moving, TxBatch& out);
-  void SendModeRequest(can::ControlMode mode, Time now, TxBatch& out);
-  void Fail(Status status, Problem problem, std::uint32_t detail);
-  void Enter(DriverPhase phase, Time now);
+  void StepWaiting(Time now);
+  void StepEnabling(Time now, TxBatch& out);
+  void StepStopping(Time now, TxBatch& out);
   void CheckState(Time now);
-  bool AtRest() const;
+  void SendTwist(Time now, TxBatch& out);
+  void Send(const Result<can::Frame>& frame, TxBatch& out);
+  void Enter(DriverPhase phase, Time now);
+  void Fail(Status status, Problem problem, std::uint32_t detail);
 
   TracerDriverConfig config_;
   DriverPhase phase_ = DriverPhase::kWaiting;
   DeviceFault fault_;
   Time phase_start_{};
   bool started_ = false;
+  bool stop_requested_ = false;
   bool has_state_ = false;
   bool has_twist_ = false;
   bool has_odometer_ = false;
