@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <array>
+#include <cstdint>
+
 #include "plan/motion/surroundings.h"
 #include "platform/robot/kinematics.h"
 #include "platform/robot/robot.h"
@@ -8,50 +11,56 @@
 
 namespace pipewright {
 
-/// Distances that a planned configuration keeps. Each is what the controller keeps, plus room for
-/// its tracking error, so that what is planned can be followed.
+/// Distances that a planned configuration keeps. Each is what the controller's constraints keep
+/// (ctrl/constraints) and slack_m more for its tracking error and the chance constraints' buffers,
+/// so that what is planned can be followed.
 struct CollisionConfig {
-  double margin_m = 0.04;         ///< shapes as built to obstacle voxels
-  double sphere_margin_m = 0.03;  ///< the controller's spheres to obstacle voxels and pipes
-  double self_margin_m = 0.02;    ///< between the robot's own bodies
-  double plane_m = 0.11;          ///< sphere centres to planes: Table I's 0.1 m and a little
-  double pipe_m = 0.085;          ///< sphere centres to pipe surfaces: Table I's 0.075 m likewise
-  double plane_border_m = 0.10;   ///< a plane counts this far beyond its seen rectangle
-  double pipe_border_m = 0.05;    ///< likewise a pipe beyond its seen ends
-  double base_plane_m = 0.51;     ///< base centre to upright planes: Table I's 0.5 m and a little
-  double base_margin_m = 0.03;    ///< base discs to obstacle columns
+  double margin_m = 0.04;            ///< shapes as built to obstacle voxels
+  double slack_m = 0.012;            ///< added to every distance below
+  double voxel_margin_m = 0.02;      ///< spheres and base discs to obstacle voxels and columns
+  double primitive_margin_m = 0.03;  ///< spheres to planes and pipes
+  double plane_m = 0.1;              ///< sphere centres to planes, at least: Table I
+  double pipe_m = 0.075;             ///< sphere centres to pipe surfaces, at least: Table I
+  double base_plane_m = 0.5;         ///< base centre to upright planes: Table I
+  double self_m = 0.02;              ///< between the robot's own bodies
+  double upright_nz = 0.3;           ///< |n_z| below which a plane is upright
+  double plane_border_m = 0.25;      ///< a plane counts this far beyond its seen rectangle
+  double plane_behind_m = 0.15;      ///< what is farther behind a plane is past its end
+  double pipe_border_m = 0.15;       ///< a pipe counts this far beyond its seen ends
   double joint_margin_rad = 0.03;
 };
 
 constexpr bool Valid(const CollisionConfig& c) {
-  return 0 < c.sphere_margin_m && c.sphere_margin_m <= c.margin_m && 0 <= c.self_margin_m &&
-         0 < c.plane_m && 0 < c.pipe_m && 0 <= c.plane_border_m && 0 <= c.pipe_border_m &&
-         0 <= c.base_plane_m && 0 <= c.base_margin_m && 0 <= c.joint_margin_rad;
+  return 0 < c.voxel_margin_m && 0 <= c.slack_m && c.voxel_margin_m + c.slack_m <= c.margin_m &&
+         0 <= c.primitive_margin_m && 0 <= c.plane_m && 0 <= c.pipe_m && 0 <= c.base_plane_m &&
+         0 <= c.self_m && 0 <= c.upright_nz && 0 <= c.plane_border_m && 0 <= c.plane_behind_m &&
+         0 <= c.pipe_border_m && 0 <= c.joint_margin_rad;
 }
+static_assert(Valid(CollisionConfig{}));
 
 /// Says whether the robot may stand in a configuration: away from obstacles (occupied voxels, and
 /// unknown ones that the robot has not swept), from the scene's planes and pipes and from itself,
-/// within its joints' limits. Planes that lie flat do not concern the base.
+/// within its joints' limits. The base's discs mind columns of obstacles and upright planes only.
 ///
-/// Broad phase: the body's spheres in the distance field. Where a sphere is between sphere_margin_m
-/// and margin_m, the shapes as built decide, by libccd's MPR against the voxels' boxes: no heap.
-///
-/// @cost see tests/bench/motion_bench.cc
+/// Obstacle voxels: a sphere that is nearer than voxel_margin_m + slack_m says no, for there the
+/// controller would not go; spheres farther than margin_m and their slip (5 mm) say yes; between
+/// the two the shapes as built decide (libccd). No heap. Cost: tests/bench/motion_bench.cc.
 class CollisionChecker {
  public:
   explicit CollisionChecker(const Surroundings& around, const CollisionConfig& config = {});
 
   bool Free(const Configuration& q) const;
 
-  /// The smallest distance of the body's spheres and discs to obstacle voxels and pipes; a lower
-  /// bound of the robot's own distance, negative where they overlap.
+  /// The smallest distance of the body's spheres and discs to obstacle voxels and columns [m]: a
+  /// lower bound of the robot's own, negative where they overlap.
   double Clearance(const Configuration& q) const;
 
-  /// The whole edge is free, checked at least every 0.02 m and 0.05 rad; not its start.
+  /// The edge is free at steps of at most 0.02 m and 0.05 rad; b is checked, a is not.
   bool FreeEdge(const Configuration& a, const Configuration& b) const;
 
-  /// A checker whose distances are lowered, each kind for itself, to what q has, but not below
-  /// floor_m: with it a robot that stopped a little inside the margins can move out again.
+  /// A checker that asks no more than what q has, kind by kind: with it a robot that stopped a
+  /// little inside the margins can move out again, never deeper in. Shapes keep floor_m from
+  /// voxels, unless q itself has less by the map; then the spheres alone are minded.
   CollisionChecker RelaxedTo(const Configuration& q, double floor_m = 0.005) const;
 
   const CollisionConfig& config() const { return config_; }
@@ -59,16 +68,31 @@ class CollisionChecker {
 
  private:
   using Body = Kinematics<kArmJoints>;
+  enum Kind : std::uint8_t { kJoints, kColumns, kBasePlanes, kVoxels, kPlanes, kPipes, kSelf };
+  static constexpr int kKinds = 7;
+  static constexpr Kind kAllKinds[kKinds] = {kJoints, kColumns, kBasePlanes, kVoxels,
+                                             kPlanes, kPipes,   kSelf};
 
-  bool WithinJointLimits(const Configuration& q) const;
-  bool BaseFree(const Configuration& q) const;
-  bool SpheresFree(const Body& body) const;
-  bool SphereFreeOfScene(const Vector3d& p_W, double r_m) const;
-  bool ShapesFree(const Body& body, int of_body) const;
-  bool SelfFree(const Body& body) const;
+  /// What a search for the least spare distance may leave out: it is exact between the two.
+  struct Range {
+    double too_little = -1e9;
+    double enough = 1e9;
+  };
+
+  double Spare(Kind kind, const Configuration& q, const Body& body, const Range& range) const;
+  double JointSpare(const Configuration& q) const;
+  double ColumnSpare(const Body& body) const;
+  double BasePlaneSpare(const Body& body) const;
+  double VoxelSpare(const Body& body, const Range& range) const;
+  double PlaneSpare(const Body& body) const;
+  double PipeSpare(const Body& body) const;
+  double SelfSpare(const Body& body, const Range& range) const;
+  bool ShapesFree(const Body& body, double margin_m) const;
 
   Surroundings around_;
   CollisionConfig config_;
+  std::array<double, kKinds> relief_{};  ///< how much less than required each kind may be
+  bool shapes_decide_ = true;
 };
 
 }  // namespace pipewright
