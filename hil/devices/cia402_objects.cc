@@ -105,7 +105,7 @@ ObjectDictionary FactoryDictionary(const Cia402Config& config,
   const std::uint32_t tpdo = can::kJointFeedback.head.id + node;
   receive[0].pdo.AddTo(od, kPdoOff | rpdo, 255, {0x60400010}, 0, 100);
   receive[1].pdo.AddTo(od, kPdoOff | (rpdo + 0x100), 255, {0x60600008}, 0, 0);
-  transmit[0].pdo.AddTo(od, kPdoOff | tpdo, 0, {0x60410010}, 0, 0);
+  transmit[0].pdo.AddTo(od, kPdoOff | tpdo, 1, {0x60410010}, 0, 0);
   transmit[1].pdo.AddTo(od, tpdo + 0x100, 255, {0x60410010, 0x60610008}, 100, 250);
   return od;
 }

@@ -7,11 +7,17 @@
 namespace pipewright::hil {
 namespace {
 
-/// The largest speed from which steps of dt at deceleration a come to rest within d:
-/// v dt + (v - a dt) dt + ... = v^2 / (2 a) + v dt / 2 = d.
+/// The largest speed from which steps of dt, each slower by at most a dt, come to rest within d.
+/// In units u = a dt: v = n + f goes (n + f) + ... + f = (n + 1) f + n (n + 1) / 2 steps of u dt.
 double StoppingSpeed(double d, double a, double dt_s) {
-  const double half = a * dt_s / 2;
-  return std::sqrt(half * half + 2 * a * std::max(d, 0.0)) - half;
+  const double steps = std::max(d, 0.0) / (a * dt_s * dt_s);
+  const double n = std::floor((std::sqrt(1 + 8 * steps) - 1) / 2);
+  const double f = (steps - n * (n + 1) / 2) / (n + 1);
+  return (n + f) * a * dt_s;
+}
+
+double Towards(double from, double to, double step) {
+  return from + std::clamp(to - from, -step, step);
 }
 
 /// CiA 402-2, table 30: the statusword's bits 0-3, 5 and 6.
@@ -122,29 +128,32 @@ void CsvDrive::RaiseFault() {
   }
 }
 
-double CsvDrive::Allowed(double target_radps, double dt_s, double position_rad,
-                         const DriveLimits& limits) {
-  const double a = limits.quick_stop_radps2;
-  const double up =
-      std::min(limits.velocity_max_radps, StoppingSpeed(limits.upper_rad - position_rad, a, dt_s));
-  const double down =
-      std::min(limits.velocity_max_radps, StoppingSpeed(position_rad - limits.lower_rad, a, dt_s));
-  const double allowed = std::clamp(target_radps, -down, up);
-  internal_limit_ = allowed != target_radps;
-  return allowed;
+void CsvDrive::Follow(double dt_s, double target_radps, double position_rad,
+                      const DriveLimits& limits) {
+  const double brake = limits.quick_stop_radps2;
+  const double up = std::min(limits.velocity_max_radps,
+                             StoppingSpeed(limits.upper_rad - position_rad, brake, dt_s));
+  const double down = std::min(limits.velocity_max_radps,
+                               StoppingSpeed(position_rad - limits.lower_rad, brake, dt_s));
+  internal_limit_ = target_radps < -down || target_radps > up;
+  const double ramped =
+      Towards(velocity_radps_, std::clamp(target_radps, -down, up), limits.accel_radps2 * dt_s);
+  // The limit's own braking is not bound by the acceleration limit.
+  velocity_radps_ = Towards(velocity_radps_, std::clamp(ramped, -down, up),
+                            std::max(limits.accel_radps2, brake) * dt_s);
 }
 
 void CsvDrive::Step(double dt_s, double target_radps, bool mode_is_csv, double position_rad,
                     const DriveLimits& limits) {
-  internal_limit_ = false;
-  double target = 0;
-  double rate = limits.quick_stop_radps2;
-  if (state_ == DriveState::kOperationEnabled && mode_is_csv) {
-    target = Allowed(target_radps, dt_s, position_rad, limits);
-    rate = internal_limit_ ? std::max(limits.accel_radps2, rate) : limits.accel_radps2;
+  if (dt_s <= 0) {
+    return;
   }
-  const double step = rate * dt_s;
-  velocity_radps_ += std::clamp(target - velocity_radps_, -step, step);
+  internal_limit_ = false;
+  if (state_ == DriveState::kOperationEnabled) {
+    Follow(dt_s, mode_is_csv ? target_radps : 0, position_rad, limits);
+  } else {
+    velocity_radps_ = Towards(velocity_radps_, 0, limits.quick_stop_radps2 * dt_s);
+  }
 
   const bool rests = velocity_radps_ == 0;
   if (state_ == DriveState::kFaultReaction && rests) {

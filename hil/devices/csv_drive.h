@@ -56,7 +56,7 @@ class CsvDrive {
   std::uint16_t Statusword(bool mode_is_csv) const;
 
  private:
-  double Allowed(double target_radps, double dt_s, double position_rad, const DriveLimits& limits);
+  void Follow(double dt_s, double target_radps, double position_rad, const DriveLimits& limits);
 
   DriveState state_ = DriveState::kNotReady;
   QuickStopOption quick_stop_option_ = QuickStopOption::kRampThenDisable;
