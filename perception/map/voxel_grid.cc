@@ -150,23 +150,39 @@ bool VoxelGrid::Update(int index, const VoxelIndex& v, bool hit) {
     ++updates_refused_;
     return false;
   }
-  const float old = *slot;
-  const float next = std::clamp(old + (hit ? hit_ : miss_), min_, max_);
-  const unsigned from = Code(index);
-  const unsigned to = next >= threshold_ ? kOccupiedCode : kKnown;
-  if (from == to && old == next) {
-    return true;
+  Set(index, v, slot, std::clamp(*slot + (hit ? hit_ : miss_), min_, max_));
+  return true;
+}
+
+bool VoxelGrid::Restore(const VoxelIndex& v, float log_odds) {
+  if (!InBox(v) || !std::isfinite(log_odds)) {
+    return false;
   }
-  *slot = next;
+  float* slot = LogOddsSlot(v);
+  if (slot == nullptr) {
+    ++updates_refused_;
+    return false;
+  }
+  Set(IndexOf(v), v, slot, std::clamp(log_odds, min_, max_));
+  return true;
+}
+
+void VoxelGrid::Set(int index, const VoxelIndex& v, float* slot, float log_odds) {
+  const float old = *slot;
+  const unsigned from = Code(index);
+  const unsigned to = log_odds >= threshold_ ? kOccupiedCode : kKnown;
+  if (from == to && old == log_odds) {
+    return;
+  }
+  *slot = log_odds;
   if (InWorkspace(v)) {
-    CountChange(from, to, Flag(index), old, next);
+    CountChange(from, to, Flag(index), old, log_odds);
   }
   if (from != to) {
     SetCode(index, to);
     SetFlag(index, false);
     ++revision_;
   }
-  return true;
 }
 
 void VoxelGrid::CountChange(unsigned from, unsigned to, bool flag, float old_log_odds,

@@ -69,6 +69,10 @@ class VoxelGrid {
   /// What motion must not touch: occupied, or unknown and not swept.
   bool Obstacle(const VoxelIndex& v) const;
 
+  /// Takes a voxel over from a stored map: known from now on, log-odds clamped. False: outside the
+  /// box, not finite, or no brick.
+  bool Restore(const VoxelIndex& v, float log_odds);
+
   /// The robot's own body is or was here: unknown voxels whose box meets the ball are no obstacle.
   void MarkSweptSphere(const Vector3d& center_W, double radius_m);
 
@@ -170,6 +174,7 @@ class VoxelGrid {
   float* LogOddsSlot(const VoxelIndex& v);
   bool Sees(const Vector3d& p_WP, double radius_m, const VoxelIndex& v) const;
   bool Update(int index, const VoxelIndex& v, bool hit);
+  void Set(int index, const VoxelIndex& v, float* slot, float log_odds);
   void CountChange(unsigned from, unsigned to, bool flag, float old_log_odds, float log_odds);
   std::int64_t EntropyUnits(float log_odds) const;
 

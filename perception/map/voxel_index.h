@@ -41,7 +41,7 @@ struct MapConfig {
   double p_max = 0.971;
   double p_occupied = 0.5;
   bool outside_is_obstacle = false;  ///< what Obstacle() says of a voxel outside the stored box
-  double field_range_m = 1.0;        ///< how far the distance field looks, at most 31 widths
+  double field_range_m = 1.0;        ///< how far the distance field looks, at most 30 widths
   double column_lo_m = 0.05;         ///< obstacles with a centre between these heights are in the
   double column_hi_m = 0.30;         ///< base's way: the column field holds them
 };
@@ -67,7 +67,7 @@ constexpr bool Valid(const MapConfig& c) {
          c.width_m > 0 && c.brick_capacity > 0 &&  //
          0 < c.p_min && c.p_min < c.p_miss && c.p_miss < 0.5 && 0.5 < c.p_hit &&
          c.p_hit < c.p_max && c.p_max < 1 && c.p_min < c.p_occupied && c.p_occupied < c.p_max &&
-         c.field_range_m >= c.width_m && c.field_range_m <= 31 * c.width_m &&
+         c.field_range_m >= c.width_m && c.field_range_m <= 30 * c.width_m &&
          c.column_lo_m <= c.column_hi_m;
 }
 
