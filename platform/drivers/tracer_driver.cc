@@ -84,11 +84,12 @@ void TracerDriver::Step(Time now, TxBatch& out) {
       break;
     case DriverPhase::kReady:
     case DriverPhase::kFault:
-      break;
     case DriverPhase::kStopped:
-      return;
+      break;
   }
-  if (has_state_ && phase_ != DriverPhase::kWaiting && phase_ != DriverPhase::kEnabling) {
+  const bool streams = phase_ == DriverPhase::kReady || phase_ == DriverPhase::kStopping ||
+                       phase_ == DriverPhase::kFault;
+  if (streams && has_state_) {
     SendTwist(now, out);
   }
   commanded_ = false;
