@@ -87,6 +87,14 @@ inline std::vector<View> ReadViews(const std::string& path) {
   return views;
 }
 
+/// 1 unless the workload calls the voxel covered.
+inline std::uint32_t UncoveredInWorkload(const VoxelIndex& v) {
+  const auto key = [](int i) { return static_cast<std::uint32_t>(i + 32768); };
+  const std::uint32_t hash =
+      (key(v.x) * 73856093U) ^ (key(v.y) * 19349663U) ^ (key(v.z) * 83492791U);
+  return (hash & 3U) == 0 ? 0 : 1;
+}
+
 /// The box of that folder's workloads.
 inline MapConfig WorkloadBox(const std::string& scene) {
   MapConfig config;
