@@ -57,7 +57,8 @@ class Envelope {
 
  private:
   bool MustStop(const Controls& wanted, const RobotState& state, Time now);
-  Controls KeepJointsInside(const Controls& u, const RobotState& state, Time now);
+  Controls LimitSpeed(const Controls& wanted);
+  Controls KeepJointsInside(const Controls& u, const RobotState& state, Time now) const;
 
   EnvelopeConfig config_;
   Controls last_ = Controls::Zero();
