@@ -63,6 +63,7 @@ class WheelOdometry {
   std::uint64_t jumps() const { return jumps_; }
 
  private:
+  void Remember(Time now, double v_mps, double w_radps, double left_m, double right_m);
   void Advance(double left_m, double right_m);
 
   WheelOdometryConfig config_;

@@ -1,0 +1,124 @@
+// SPDX-License-Identifier: MIT
+#include "perception/localization/wheel_odometry.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+
+namespace pipewright {
+namespace {
+
+struct Twist2 {
+  double forward_m = 0;
+  double turn_rad = 0;
+};
+
+/// The exact arc: a chord of length s sin(t/2)/(t/2) at heading phi + t/2, for arc s and turn t.
+void MoveAlongArc(BasePose& pose, const Twist2& d) {
+  const double half = d.turn_rad / 2;
+  const double sinc = std::fabs(half) < 1e-4 ? 1 - half * half / 6 : std::sin(half) / half;
+  const double chord = d.forward_m * sinc;
+  pose.x_m += chord * std::cos(pose.phi_rad + half);
+  pose.y_m += chord * std::sin(pose.phi_rad + half);
+  pose.phi_rad += d.turn_rad;
+}
+
+}  // namespace
+
+WheelOdometry::WheelOdometry(const WheelOdometryConfig& config) : config_(config) {
+  assert(Valid(config));
+}
+
+void WheelOdometry::Reset(const BasePose& pose) {
+  pose_ = pose;
+  slip_covariance_ = pose.covariance;
+  v_mps_ = 0;
+  w_radps_ = 0;
+  started_ = false;
+}
+
+Status WheelOdometry::Step(Time now, double v_mps, double w_radps, double left_m, double right_m) {
+  if (!std::isfinite(v_mps) || !std::isfinite(w_radps) || !std::isfinite(left_m) ||
+      !std::isfinite(right_m)) {
+    return Status::kOutOfRange;
+  }
+  if (!started_) {  // the first report only tells where the wheels' counts begin
+    started_ = true;
+    Remember(now, v_mps, w_radps, left_m, right_m);
+    return Status::kOk;
+  }
+  if (now <= pose_.stamp) {
+    return Status::kStale;
+  }
+  const Duration gap = now - pose_.stamp;
+  const double dt_s = gap > config_.max_gap ? 0 : ToSeconds(gap);
+  const double v_mean = (v_mps_ + v_mps) / 2;
+  const double turn_mean = (w_radps_ + w_radps) / 2 * config_.track_m / 2;
+  const double left_step = (v_mean - turn_mean) * dt_s;
+  const double right_step = (v_mean + turn_mean) * dt_s;
+  const double reach_m = config_.max_wheel_mps * ToSeconds(gap) + 3 * config_.quantum_m;
+  const bool jumped =
+      std::fabs(left_m - left_m_) > reach_m || std::fabs(right_m - right_m_) > reach_m;
+  if (jumped) {
+    ++jumps_;
+    Advance(left_step, right_step);
+    Remember(now, v_mps, w_radps, left_m, right_m);
+    return Status::kFault;
+  }
+  const double half = config_.quantum_m / 2;
+  const double left = std::clamp(left_m_ + left_step, left_m - half, left_m + half);
+  const double right = std::clamp(right_m_ + right_step, right_m - half, right_m + half);
+  Advance(left - left_m_, right - right_m_);
+  Remember(now, v_mps, w_radps, left, right);
+  return Status::kOk;
+}
+
+void WheelOdometry::Remember(Time now, double v_mps, double w_radps, double left_m,
+                             double right_m) {
+  pose_.stamp = now;
+  v_mps_ = v_mps;
+  w_radps_ = w_radps;
+  left_m_ = left_m;
+  right_m_ = right_m;
+}
+
+BasePose WheelOdometry::Extrapolate(Time when) const {
+  BasePose pose = pose_;
+  const double dt_s = ToSeconds(std::clamp(when - pose_.stamp, Duration::zero(), config_.max_gap));
+  MoveAlongArc(pose, {v_mps_ * dt_s, w_radps_ * dt_s});
+  pose.stamp = when;
+  return pose;
+}
+
+/// Moves the pose by the wheels' steps. Covariance: P <- F P F' + V diag(slip variances) V', F and
+/// V the motion's derivatives by pose and by (forward, turn); what is reported adds the rounding of
+/// the two wheel distances, which does not grow.
+void WheelOdometry::Advance(double left_m, double right_m) {
+  const Twist2 d{(left_m + right_m) / 2, (right_m - left_m) / config_.track_m};
+  const double heading = pose_.phi_rad + d.turn_rad / 2;
+  const double c = std::cos(heading);
+  const double s = std::sin(heading);
+  MoveAlongArc(pose_, d);
+
+  const double driven = std::fabs(d.forward_m);
+  const double turned = std::fabs(d.turn_rad);
+  const auto squared = [](double x) { return x * x; };
+  const double forward_var = squared(config_.slip_m) * driven;
+  const double turn_var =
+      squared(config_.slip_rad_per_m) * driven + squared(config_.slip_rad_per_rad) * turned;
+  Mat<3, 3> F = Mat<3, 3>::Identity();
+  F(0, 2) = -d.forward_m * s;
+  F(1, 2) = d.forward_m * c;
+  const Vector3d by_forward(c, s, 0);
+  const Vector3d by_turn(-d.forward_m * s / 2, d.forward_m * c / 2, 1);
+  slip_covariance_ = F.lazyProduct(slip_covariance_).lazyProduct(F.transpose()).eval() +
+                     by_forward * by_forward.transpose() * forward_var +
+                     by_turn * by_turn.transpose() * turn_var;
+
+  const double rounding_var = squared(config_.quantum_m) / 12;
+  pose_.covariance = slip_covariance_;
+  pose_.covariance.diagonal() +=
+      Vector3d(rounding_var, rounding_var, 2 * rounding_var / squared(config_.track_m));
+}
+
+}  // namespace pipewright
