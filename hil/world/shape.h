@@ -17,15 +17,22 @@ enum class ShapeKind : unsigned char {
 struct Shape {
   ShapeKind kind = ShapeKind::kBox;
   Vector3d size_m = Vector3d::Zero();
-  Vector3d corners_G[3] = {};  ///< kTriangle only
+  Vector3d corners_G[3] = {Vector3d::Zero(), Vector3d::Zero(), Vector3d::Zero()};  ///< kTriangle
 
-  static Shape Box(const Vector3d& size_m) { return {ShapeKind::kBox, size_m, {}}; }
+  static Shape Box(const Vector3d& size_m) { return Of(ShapeKind::kBox, size_m); }
   static Shape Cylinder(double radius_m, double length_m) {
-    return {ShapeKind::kCylinder, {radius_m, length_m, 0}, {}};
+    return Of(ShapeKind::kCylinder, {radius_m, length_m, 0});
   }
-  static Shape Sphere(double radius_m) { return {ShapeKind::kSphere, {radius_m, 0, 0}, {}}; }
+  static Shape Sphere(double radius_m) { return Of(ShapeKind::kSphere, {radius_m, 0, 0}); }
   static Shape Triangle(const Vector3d& a, const Vector3d& b, const Vector3d& c) {
     return {ShapeKind::kTriangle, Vector3d::Zero(), {a, b, c}};
+  }
+
+  static Shape Of(ShapeKind kind, const Vector3d& size_m) {
+    Shape shape;
+    shape.kind = kind;
+    shape.size_m = size_m;
+    return shape;
   }
 };
 
