@@ -139,8 +139,10 @@ std::optional<Configuration> Reach(const CollisionChecker& checker, const Sensor
                                    const Configuration& seed, Rng& rng, const ReachConfig& config) {
   const JointRange range = PlannedRange();
   for (int attempt = 0; attempt < config.attempts; ++attempt) {
-    const Configuration start = attempt == 0 ? seed : RandomPosture(seed, config, range, rng);
-    const std::optional<Configuration> q = SolveSensor(target, start, config);
+    const Configuration start = attempt < 2 ? seed : RandomPosture(seed, config, range, rng);
+    ReachConfig this_time = config;
+    this_time.hold_base = config.hold_base || attempt % 2 == 0;
+    const std::optional<Configuration> q = SolveSensor(target, start, this_time);
     if (q && checker.Free(*q)) {
       return q;
     }

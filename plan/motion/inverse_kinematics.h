@@ -19,7 +19,7 @@ struct SensorTarget {
 struct ReachConfig {
   bool hold_base = false;    ///< only the arm moves
   int iterations = 40;       ///< per attempt, at most
-  int attempts = 4;          ///< the first from the seed, the others from random postures
+  int attempts = 6;          ///< the first from the seed, the others from random postures
   double position_m = 1e-4;  ///< reached when within both
   double axis = 1e-3;
   double base_weight = 0.5;  ///< how willingly the base moves, against a joint's 1
@@ -30,7 +30,8 @@ struct ReachConfig {
 std::optional<Configuration> SolveSensor(const SensorTarget& target, const Configuration& seed,
                                          const ReachConfig& config = {});
 
-/// A free configuration with the sensor at the target, or nothing. Bounded: attempts x iterations.
+/// A free configuration with the sensor at the target, or nothing. Every other attempt, the first
+/// too, holds the base. Bounded: attempts x iterations.
 std::optional<Configuration> Reach(const CollisionChecker& checker, const SensorTarget& target,
                                    const Configuration& seed, Rng& rng,
                                    const ReachConfig& config = {});

@@ -182,7 +182,9 @@ bool MotionPlanner::CutCorner(const CollisionChecker& checker, double a, double 
   for (int e = i + 1; e < j; ++e) {
     along_s += Duration_s(way_[e], way_[e + 1]);
   }
-  if (Duration_s(p, q) > kWorthwhile * along_s || !checker.FreeEdge(p, q)) {
+  // What is left of the two edges is checked anew, for its steps fall on other points.
+  if (Duration_s(p, q) > kWorthwhile * along_s || !checker.FreeEdge(p, q) ||
+      (within_edges && !(checker.FreeEdge(way_[i], p) && checker.FreeEdge(q, way_[j + 1])))) {
     return false;
   }
   way_.erase(way_.begin() + i + 1, way_.begin() + j + 1);

@@ -15,7 +15,7 @@
 namespace pipewright {
 
 struct MotionPlannerConfig {
-  CollisionConfig collision;
+  CollisionConfig collision = {};
   int node_capacity = 2000;  ///< of each of the two trees
   int iterations = 300;      ///< samples drawn, at most
   int shortcuts = 60;        ///< attempts to cut a corner, at most
