@@ -19,7 +19,7 @@ namespace pipewright {
 namespace {
 
 constexpr int kMaxKept = 24;
-constexpr int kMaxCandidates = 400 + kMaxKept;
+constexpr int kMaxCandidates = 1000 + kMaxKept;
 constexpr double kOneStallFactor = 0.3;
 constexpr int kStallsUntilRefused = 2;
 /// Fewer tests than this share of stop_tests say too little to call W complete.
@@ -27,17 +27,24 @@ constexpr double kTestsShare = 0.25;
 /// Rounds in one step whose every worthwhile view lacked a path, until the step gives in.
 constexpr int kPathlessRounds = 3;
 constexpr double kMissChance = 0.01;
+/// Samples of a way: the probe covers at every step, the camera counts at every fifth.
+constexpr double kWayStep_s = 0.2;
+constexpr int kStepsPerLook = 5;
 
-struct Candidate {
+double StallFactor(int stalls) { return stalls == 0 ? 1 : kOneStallFactor; }
+
+}  // namespace
+
+struct Cfnbv::Candidate {
   Configuration q = Configuration::Zero();
   Viewpoint view;
   CandidateKind kind = CandidateKind::kUniform;
   ViewGain gain;
-  double weighted = 0;
-  double score = 0;  ///< upper bound until a path is known; 0: not to be taken
+  double weighted = 0;  ///< (23) and room, nats
+  double score = 0;     ///< nats a second, by the least time; 0: not to be taken
+  int stalls = 0;       ///< near the view
+  bool room = false;    ///< worth the way for the room it gives only
 };
-
-}  // namespace
 
 struct Cfnbv::Memory {
   Memory(const CfnbvConfig& config, const MapConfig& map)
@@ -58,6 +65,8 @@ struct Cfnbv::Memory {
   EdgeSpeeds speeds = SpeedsOf(TracerUf7());
   Viewpoint last_view;
   std::uint32_t last_id = 0;  ///< of the last goal; 0: none
+  bool last_is_room = false;
+  int room_goals = 0;  ///< since W's map last grew by forget_voxels
   int known_at_pathless = 0;
   MotionPlanner::Path path;
 };
@@ -88,6 +97,7 @@ void Cfnbv::NoteOutcome(const PlanInput& input) {
   const MapCounts& counts = input.map.counts();
   if (counts.free + counts.occupied >= m.known_at_pathless + config_.forget_voxels) {
     m.failures.ForgetPathless();
+    m.room_goals = 0;
     m.known_at_pathless = counts.free + counts.occupied;
   }
 }
@@ -100,53 +110,81 @@ void Cfnbv::Refresh(const VoxelGrid& map) {
 /// Gains and scores of the candidates. @returns how many are worth the way
 int Cfnbv::Evaluate(const PlanInput& input) {
   Memory& m = *memory_;
+  const bool cramped =
+      m.candidates.size() < config_.cramped_candidates && m.room_goals < config_.room_goals;
   int count = 0;
   for (Candidate& c : m.candidates) {
     c.view = ViewpointOf(c.q);
     c.gain = m.gains.EvaluateExact(c.view, m.camera);
     c.weighted = WeightedGain(config_.gain, c.gain);
-    const bool worthwhile = c.gain.unknown_voxels >= config_.stop_unknown ||
-                            c.gain.uncovered_voxels >= config_.stop_uncovered;
-    const int stalls = worthwhile ? m.failures.StallsNear(c.view) : 0;
-    if (!worthwhile || stalls >= kStallsUntilRefused) {
+    bool worthwhile = c.gain.unknown_voxels >= config_.stop_unknown ||
+                      c.gain.uncovered_voxels >= config_.stop_uncovered;
+    if (cramped) {
+      const int room = m.gains.RoomCount(c.view.X_WS, m.camera, config_.room_range_m);
+      c.room = !worthwhile && room >= config_.stop_room;
+      c.weighted += config_.room_share * room;
+      worthwhile = worthwhile || c.room;
+    }
+    c.stalls = worthwhile ? m.failures.StallsNear(c.view) : 0;
+    if (!worthwhile || c.stalls >= kStallsUntilRefused) {
       c.score = 0;
       continue;
     }
-    const double bound_s = Edge(input.q, c.q, m.speeds).duration_s();
-    c.score = c.weighted / (config_.overhead_s + bound_s) * (stalls == 0 ? 1 : kOneStallFactor);
+    const double least_s = Edge(input.q, c.q, m.speeds).duration_s();
+    c.score = c.weighted / (config_.overhead_s + least_s) * StallFactor(c.stalls);
     ++count;
   }
   return count;
 }
 
-/// Takes the candidate of the best score for which there is a path. The scores are upper bounds
-/// (the straight edge is the shortest), so a path's own score ends the search when it beats the
-/// next bound. Views without a path are tallied.
+/// What camera and probe meet from the path's start to its end, each voxel once.
+ViewGain Cfnbv::WayGain(const MotionPlanner::Path& path) {
+  Memory& m = *memory_;
+  ViewGain sum;
+  const auto add = [&](const ViewGain& gain) {
+    sum.visual_nats += gain.visual_nats;
+    sum.coverage_nats += gain.coverage_nats;
+    sum.unknown_voxels += gain.unknown_voxels;
+    sum.uncovered_voxels += gain.uncovered_voxels;
+  };
+  m.gains.BeginWay();
+  int sample = 0;
+  for (int i = 0; i + 1 < path.size(); ++i) {
+    const Edge edge(path[i], path[i + 1], m.speeds);
+    const int steps = std::max(1, static_cast<int>(edge.duration_s() / kWayStep_s));
+    for (int k = 1; k <= steps; ++k, ++sample) {
+      const Viewpoint view = ViewpointOf(edge.At(static_cast<double>(k) / steps));
+      const bool look = sample % kStepsPerLook == 0 || (i + 2 == path.size() && k == steps);
+      add(look ? m.gains.NextOnWay(view, m.camera) : m.gains.NextOnWay(view.p_WP));
+    }
+  }
+  return sum;
+}
+
+/// Plans ways to the candidates of the best scores, and takes the one that gains most a second over
+/// its true time. Views without a path are tallied.
 bool Cfnbv::Choose(const PlanInput& input, Rng& rng, PlanStep& step) {
   Memory& m = *memory_;
   const Surroundings around{input.field, input.map, input.scene};
   double best_score = 0;
   for (int i = 0; i < config_.paths; ++i) {
-    int next = -1;
-    for (int k = 0; k < m.candidates.size(); ++k) {
-      if (m.candidates[k].score > (next < 0 ? best_score : m.candidates[next].score)) {
-        next = k;
-      }
-    }
-    if (next < 0) {
+    Candidate& c =
+        *std::max_element(m.candidates.begin(), m.candidates.end(),
+                          [](const Candidate& a, const Candidate& b) { return a.score < b.score; });
+    if (c.score <= 0) {
       break;
     }
-    Candidate& c = m.candidates[next];
     double duration_s = 0;
     ++step.numbers.paths_tried;
     const Status status = m.motion.Plan(around, input.q, c.q, rng, m.path, &duration_s);
     if (status == Status::kOk) {
-      const double bound_s = Edge(input.q, c.q, m.speeds).duration_s();
-      const double score =
-          c.score * (config_.overhead_s + bound_s) / (config_.overhead_s + duration_s);
+      const ViewGain way = WayGain(m.path);
+      const double extra = c.weighted - WeightedGain(config_.gain, c.gain);
+      const double score = (WeightedGain(config_.gain, way) + extra) /
+                           (config_.overhead_s + duration_s) * StallFactor(c.stalls);
       if (score > best_score) {
         best_score = score;
-        Accept(next, m.path, duration_s, step);
+        Accept(c, way, duration_s, step);
       }
     } else {
       m.gains.Tally(c.view, m.camera, m.failures.pathless());
@@ -157,19 +195,19 @@ bool Cfnbv::Choose(const PlanInput& input, Rng& rng, PlanStep& step) {
   return best_score > 0;
 }
 
-void Cfnbv::Accept(int candidate, const MotionPlanner::Path& path, double duration_s,
-                   PlanStep& step) {
-  const Candidate& c = memory_->candidates[candidate];
+void Cfnbv::Accept(const Candidate& c, const ViewGain& way, double duration_s, PlanStep& step) {
+  Memory& m = *memory_;
   step.decision = PlanDecision::kGoal;
   step.goal.p_WS = c.view.X_WS.translation();
   step.goal.z_WS = c.view.X_WS.linear().col(2);
-  step.goal.path = path;
+  step.goal.path = m.path;
   step.numbers.kind = c.kind;
-  step.numbers.gain_visual = c.gain.visual_nats;
-  step.numbers.gain_coverage = c.gain.coverage_nats;
-  step.numbers.gain_weighted = c.weighted;
+  step.numbers.gain_visual = way.visual_nats;
+  step.numbers.gain_coverage = way.coverage_nats;
+  step.numbers.gain_weighted = WeightedGain(config_.gain, way);
   step.numbers.duration_s = duration_s;
-  memory_->last_view = c.view;
+  m.last_view = c.view;
+  m.last_is_room = c.room;
 }
 
 /// Remembers the best configurations that were not tried.
@@ -279,6 +317,7 @@ PlanStep Cfnbv::Plan(const PlanInput& input, Rng& rng) {
       }
     } else if (Choose(input, rng, step)) {
       step.goal.id = ++m.last_id;
+      m.room_goals += m.last_is_room ? 1 : 0;
       Keep();
       return step;
     } else if (++pathless_rounds == kPathlessRounds) {

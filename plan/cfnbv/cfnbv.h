@@ -16,12 +16,20 @@ struct CfnbvConfig {
   MotionPlannerConfig motion;
   double overhead_s = 2;  ///< t0 of the score G_w / (t0 + t): what a view costs beside the motion
   /// Configurations proposed a round: random ones near the robot and anywhere, and aimed ones.
-  int near_candidates = 30;
-  int far_candidates = 30;
-  int unknown_candidates = 50;
-  int uncovered_candidates = 50;
-  int rounds = 12;          ///< of proposals in one step, at most
-  int paths = 6;            ///< motion plans tried a round, at most
+  int near_candidates = 150;
+  int far_candidates = 100;
+  int unknown_candidates = 150;
+  int uncovered_candidates = 250;
+  int rounds = 12;  ///< of proposals in one step, at most
+  int paths = 8;    ///< motion plans tried a round, at most
+  /// With fewer reachable candidates than this in a round the robot is cramped: then unknown voxels
+  /// outside W, within room_range_m, count too, at this share of a nat, at most room_goals times
+  /// between two times that W's map grows.
+  int cramped_candidates = 40;
+  double room_share = 0.1;
+  double room_range_m = 1.0;
+  int stop_room = 40;  ///< a view of fewer such voxels is not worth the way
+  int room_goals = 12;
   int stop_unknown = 4;     ///< a view of fewer unknown voxels than this, and
   int stop_uncovered = 1;   ///< of fewer uncovered ones than this, is not worth the way
   int stop_tests = 400;     ///< reachable views that must be below it in a row before kComplete
@@ -39,10 +47,11 @@ constexpr bool Valid(const CfnbvConfig& c) {
       c.near_candidates + c.far_candidates + c.unknown_candidates + c.uncovered_candidates;
   return Valid(c.gain) && Valid(c.motion) && c.overhead_s > 0 && c.near_candidates >= 0 &&
          c.far_candidates >= 0 && c.unknown_candidates >= 0 && c.uncovered_candidates >= 0 &&
-         0 < proposals && proposals <= 400 && c.rounds > 0 && c.paths > 0 && c.stop_unknown > 0 &&
-         c.stop_uncovered > 0 && c.stop_tests > 0 && 0 < c.tries_per_voxel &&
-         c.tries_per_voxel < 255 && c.forget_voxels > 0 && c.stall_radius_m >= 0 &&
-         0 <= c.complete_known_share && c.complete_known_share <= 1 &&
+         0 < proposals && proposals <= 1000 && c.rounds > 0 && c.paths > 0 && c.stop_unknown > 0 &&
+         c.stop_uncovered > 0 && c.cramped_candidates >= 0 && c.room_share >= 0 &&
+         c.room_range_m > 0 && c.stop_room > 0 && c.room_goals >= 0 && c.stop_tests > 0 &&
+         0 < c.tries_per_voxel && c.tries_per_voxel < 255 && c.forget_voxels > 0 &&
+         c.stall_radius_m >= 0 && 0 <= c.complete_known_share && c.complete_known_share <= 1 &&
          0 <= c.complete_covered_share && c.complete_covered_share <= 1;
 }
 
@@ -50,8 +59,9 @@ constexpr bool Valid(const CfnbvConfig& c) {
 ///
 /// Candidates are collision-free configurations: aimed at uncovered voxels and at unknown voxels of
 /// the frontier (by inverse kinematics), random near the robot and anywhere, and the best that were
-/// left over. Each is scored by its distinct gain (23) over the time that going there takes; the
-/// best for which a path is found is the goal, with its path.
+/// left over. Each is scored by its distinct gain (23) over the least time that going there can
+/// take. For the best few a path is planned; the goal is the one whose whole way, all that camera
+/// and probe meet on it, gains most a second.
 ///
 /// Voxels that views fail to settle stop counting: unknown or uncovered ones that are in sight of
 /// `tries_per_voxel` views the robot was at, and ones whose views have no path (these count again
@@ -72,6 +82,7 @@ class Cfnbv {
   std::span<const VoxelIndex> NewResidual() const;
 
  private:
+  struct Candidate;
   struct Memory;
 
   void NoteOutcome(const PlanInput& input);
@@ -79,8 +90,9 @@ class Cfnbv {
   void Start(const PlanInput& input, PlanStep& step);
   void Propose(const PlanInput& input, Rng& rng, bool with_kept, PlanStep& step);
   int Evaluate(const PlanInput& input);
+  ViewGain WayGain(const MotionPlanner::Path& path);
   bool Choose(const PlanInput& input, Rng& rng, PlanStep& step);
-  void Accept(int candidate, const MotionPlanner::Path& path, double duration_s, PlanStep& step);
+  void Accept(const Candidate& candidate, const ViewGain& way, double duration_s, PlanStep& step);
   void Keep();
   void Finish(const PlanInput& input, PlanStep& step);
 

@@ -13,9 +13,9 @@
 namespace pipewright {
 namespace {
 
-constexpr double kNearJointsSigma_rad = 0.5;
-constexpr double kNearTurnSigma_rad = 0.4;
-constexpr double kNearDriveSigma_m = 0.2;
+constexpr double kNearJointsSigma_rad = 0.8;
+constexpr double kNearTurnSigma_rad = 0.6;
+constexpr double kNearDriveSigma_m = 0.3;
 constexpr double kFarJointsSigma_rad = 0.9;
 constexpr double kToolRoom_m = 0.07;  ///< an aimed sensor keeps at least this to obstacles
 constexpr double kBaseReach_m = 0.8;  ///< the base is tried this far around a target
@@ -65,13 +65,14 @@ Configuration Proposer::Somewhere() {
 
 std::optional<Configuration> Proposer::Near() {
   Configuration q = q_;
+  const double scale = rng_.Uniform(0.1, 1);
   if (rng_.Uniform() < 0.5) {
-    const double drive_m = kNearDriveSigma_m * rng_.Normal();
+    const double drive_m = scale * kNearDriveSigma_m * rng_.Normal();
     q(0) += drive_m * std::cos(q(2));
     q(1) += drive_m * std::sin(q(2));
-    q(2) += kNearTurnSigma_rad * rng_.Normal();
+    q(2) += scale * kNearTurnSigma_rad * rng_.Normal();
   }
-  q = WithJointNoise(q, kNearJointsSigma_rad);
+  q = WithJointNoise(q, scale * kNearJointsSigma_rad);
   return checker_.Free(q) ? std::optional(q) : std::nullopt;
 }
 

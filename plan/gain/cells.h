@@ -22,6 +22,7 @@ struct GainEvaluator::Cells {
     kUncovered = 8,  ///< in W, occupied, counted
     kBorder = 16,    ///< outside the stored box
     kFree = 32,
+    kRoom = 64,  ///< unknown, outside W
   };
 
   explicit Cells(const MapConfig& config);

@@ -44,6 +44,7 @@ void GainEvaluator::Update(const VoxelGrid& map, std::span<const std::uint8_t> i
             break;
           case VoxelState::kUnknown:
             flags |= counted && !map.Residual(v) ? Cells::kUnknown : 0;
+            flags |= inside || map.Swept(v) ? 0 : Cells::kRoom;
             break;
           case VoxelState::kOccupied:
             flags |= Cells::kOccupied;
@@ -91,7 +92,8 @@ std::span<const VoxelIndex> GainEvaluator::Frontier() const { return cells_->fro
 std::span<const VoxelIndex> GainEvaluator::Uncovered() const { return cells_->uncovered; }
 std::span<const VoxelIndex> GainEvaluator::Unknown() const { return cells_->unknown; }
 
-/// Calls found(cell) for every unknown voxel that `camera` passes at X_WS, once a ray or once.
+/// Calls found(cell) for every unknown voxel that `camera` passes at X_WS: once a ray, or once a
+/// stamp.
 template <typename Found>
 void GainEvaluator::SearchUnknown(const Isometry3d& X_WS, const RaySet& camera, GainCount count,
                                   Found found) {
@@ -102,7 +104,6 @@ void GainEvaluator::SearchUnknown(const Isometry3d& X_WS, const RaySet& camera, 
   }
   const double range = config_.range_m / c.map.width_m;
   const double range_min = config_.range_min_m / c.map.width_m;
-  c.NewStamp();
   for (const Vector3d& direction_S : camera.directions) {
     const Vector3d direction = X_WS.linear() * direction_S;
     if (range_min > 0 && c.Blocked(origin, direction, range_min)) {
@@ -116,10 +117,11 @@ void GainEvaluator::SearchUnknown(const Isometry3d& X_WS, const RaySet& camera, 
   }
 }
 
-/// Calls found(cell) for every uncovered voxel within the probe's radius and in line of sight.
+/// Calls found(cell) for every uncovered voxel within the probe's radius and in line of sight, once
+/// a stamp.
 template <typename Found>
-void GainEvaluator::SearchUncovered(const Vector3d& p_WP, Found found) const {
-  const Cells& c = *cells_;
+void GainEvaluator::SearchUncovered(const Vector3d& p_WP, Found found) {
+  Cells& c = *cells_;
   const Vector3d origin = c.InCells(p_WP);
   if (!c.InBox(origin)) {
     return;
@@ -128,7 +130,9 @@ void GainEvaluator::SearchUncovered(const Vector3d& p_WP, Found found) const {
   for (const VoxelIndex& v : c.uncovered) {
     const Vector3d way = c.CenterInCells(v) - origin;
     const int cell = c.Index(v);
-    if (way.squaredNorm() <= radius * radius && c.InSight(origin, way, cell)) {
+    if (way.squaredNorm() <= radius * radius && c.stamps[cell] != c.stamp &&
+        c.InSight(origin, way, cell)) {
+      c.stamps[cell] = c.stamp;
       found(cell);
     }
   }
@@ -138,13 +142,13 @@ ViewGain GainEvaluator::Evaluate(const Viewpoint& view, const RaySet& camera, co
                                  GainCount count) {
   Cells& c = *cells_;
   int unknown = 0;
+  c.NewStamp();
   SearchUnknown(view.X_WS, camera, count, [&](int) { ++unknown; });
   int uncovered = 0;
   const Vector3d origin = c.InCells(view.p_WP);
   if (c.InBox(origin)) {
     const double radius = config_.probe_radius_m / c.map.width_m;
     const auto found = [&](int) { ++uncovered; };
-    c.NewStamp();
     for (const Vector3d& direction : probe.directions) {
       if (count == GainCount::kDistinct) {
         c.SearchDistinct(origin, direction, radius, Cells::kUncovered, found);
@@ -157,11 +161,45 @@ ViewGain GainEvaluator::Evaluate(const Viewpoint& view, const RaySet& camera, co
 }
 
 ViewGain GainEvaluator::EvaluateExact(const Viewpoint& view, const RaySet& camera) {
+  BeginWay();
+  return NextOnWay(view, camera);
+}
+
+void GainEvaluator::BeginWay() { cells_->NewStamp(); }
+
+ViewGain GainEvaluator::NextOnWay(const Vector3d& p_WP) {
+  int uncovered = 0;
+  SearchUncovered(p_WP, [&](int) { ++uncovered; });
+  return GainOf(0, uncovered);
+}
+
+ViewGain GainEvaluator::NextOnWay(const Viewpoint& view, const RaySet& camera) {
   int unknown = 0;
   int uncovered = 0;
   SearchUnknown(view.X_WS, camera, GainCount::kDistinct, [&](int) { ++unknown; });
   SearchUncovered(view.p_WP, [&](int) { ++uncovered; });
   return GainOf(unknown, uncovered);
+}
+
+int GainEvaluator::RoomCount(const Isometry3d& X_WS, const RaySet& camera, double range_m) {
+  Cells& c = *cells_;
+  const Vector3d origin = c.InCells(X_WS.translation());
+  if (!c.InBox(origin)) {
+    return 0;
+  }
+  c.NewStamp();
+  int room = 0;
+  for (const Vector3d& direction_S : camera.directions) {
+    c.Walk(origin, X_WS.linear() * direction_S, range_m / c.map.width_m, [&](int cell) {
+      const std::uint8_t here = c.flags[cell];
+      if ((here & Cells::kRoom) != 0 && c.stamps[cell] != c.stamp) {
+        c.stamps[cell] = c.stamp;
+        ++room;
+      }
+      return (here & (Cells::kOccupied | Cells::kBorder)) == 0;
+    });
+  }
+  return room;
 }
 
 void GainEvaluator::EvaluateAll(std::span<const Viewpoint> views, const RaySet& camera,
@@ -179,6 +217,7 @@ void GainEvaluator::Tally(const Viewpoint& view, const RaySet& camera,
     std::uint8_t& count = tally[cells_->workspace_index[cell]];
     count = static_cast<std::uint8_t>(count + (count < 255 ? 1 : 0));
   };
+  cells_->NewStamp();
   SearchUnknown(view.X_WS, camera, GainCount::kDistinct, add);
   SearchUncovered(view.p_WP, add);
 }

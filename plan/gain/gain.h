@@ -118,6 +118,16 @@ class GainEvaluator {
   /// VoxelGrid::MarkCovered would mark. Deterministic.
   ViewGain EvaluateExact(const Viewpoint& view, const RaySet& camera);
 
+  /// The same for a sequence of views, each counting only what the others before it do not: what a
+  /// way gains, sample by sample. BeginWay() forgets the sequence.
+  void BeginWay();
+  ViewGain NextOnWay(const Viewpoint& view, const RaySet& camera);
+  ViewGain NextOnWay(const Vector3d& p_WP);  ///< coverage alone
+
+  /// Unknown voxels of the stored box outside W that `camera` passes within range_m: no gain, but
+  /// room for the robot to move once they are known. Distinct.
+  int RoomCount(const Isometry3d& X_WS, const RaySet& camera, double range_m);
+
   /// Evaluate() of many.
   void EvaluateAll(std::span<const Viewpoint> views, const RaySet& camera, const RaySet& probe,
                    GainCount how, std::span<ViewGain> gains);
@@ -141,7 +151,7 @@ class GainEvaluator {
   template <typename Found>
   void SearchUnknown(const Isometry3d& X_WS, const RaySet& camera, GainCount count, Found found);
   template <typename Found>
-  void SearchUncovered(const Vector3d& p_WP, Found found) const;
+  void SearchUncovered(const Vector3d& p_WP, Found found);
 
   GainConfig config_;
   std::unique_ptr<Cells> cells_;

@@ -120,7 +120,7 @@ TEST_F(Gain, EqualsItsDefinitionOnRandomMapsInBothCounts) {
     map.SetResidual({3, 3, 3}, true);
     GainEvaluator gains(config_, map_config_);
     gains.Update(map);
-    for (int i = 0; i < 40; ++i) {
+    for (int i = 0; i < 12; ++i) {
       const Viewpoint view =
           UprightViewpoint(RandomPoint(map_config_, rng_), RandomDirection(rng_));
       const RaySet camera = RandomCameraRays(config_, rng_);
