@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: MIT
+#include "ctrl/robot_program/control_task.h"
+
+#include "platform/robot/shapes.h"
+
+namespace pipewright {
+
+EnvelopeConfig EnvelopeOf(const RobotModel<kArmJoints>& robot, const ControlTaskConfig& config) {
+  EnvelopeConfig e;
+  e.period = FromSeconds(config.law.constraints.period_s);
+  e.state_timeout = config.state_timeout;
+  e.u_max << robot.base.speed_mps, robot.base.turn_radps,
+      JointValues(robot, &ArmJoint::speed_max_radps);
+  e.a_max << robot.base.acceleration_mps2, robot.base.turn_acceleration_radps2,
+      JointValues(robot, &ArmJoint::acceleration_max_radps2);
+  e.q_min = JointValues(robot, &ArmJoint::q_min_rad);
+  e.q_max = JointValues(robot, &ArmJoint::q_max_rad);
+  return e;
+}
+
+ControlTask::ControlTask(const ControlTaskConfig& config, const RobotModel<kArmJoints>& robot)
+    : config_(config),
+      base_(config.base),
+      arm_(config.arm),
+      odometry_(config.odometry),
+      law_(config.law, robot, TracerUf7Shapes()),
+      envelope_(EnvelopeOf(robot, config)) {
+  odometry_.Reset(config.start);
+}
+
+RobotState ControlTask::ReadState(Time now) {
+  if (base_.has_odometer() && base_.twist_stamp() > last_twist_) {
+    last_twist_ = base_.twist_stamp();
+    // A jump of the counters is counted by the odometry, which then goes by the twist.
+    static_cast<void>(odometry_.Step(base_.twist_stamp(), base_.twist().v_mps,
+                                     base_.twist().omega_radps, base_.odometer().left_m,
+                                     base_.odometer().right_m));
+  }
+  RobotState state;
+  state.emergency_stop = base_.emergency_stop();
+  if (!arm_.has_feedback() || !base_.has_odometer()) {
+    return state;
+  }
+  state.stamp = arm_.feedback_stamp();
+  const BasePose pose = odometry_.Extrapolate(state.stamp);
+  state.q << pose.x_m, pose.y_m, pose.phi_rad, arm_.position_rad();
+  state.u << base_.twist().v_mps, base_.twist().omega_radps, arm_.velocity_radps();
+  state.valid = base_.ready() && arm_.ready() && now - last_twist_ <= config_.state_timeout;
+  return state;
+}
+
+ControlPhase ControlTask::Phase() const {
+  if (base_.phase() == DriverPhase::kFault || arm_.phase() == DriverPhase::kFault) {
+    return ControlPhase::kFault;
+  }
+  if (stopping_) {
+    const bool stopped =
+        base_.phase() == DriverPhase::kStopped && arm_.phase() == DriverPhase::kStopped;
+    return stopped ? ControlPhase::kStopped : ControlPhase::kStopping;
+  }
+  return base_.ready() && arm_.ready() ? ControlPhase::kRunning : ControlPhase::kStarting;
+}
+
+const ControlReport& ControlTask::Step(Time now, const Scene& scene, const DistanceField& field,
+                                       const Goal& goal, TxBatch& base_out, TxBatch& arm_out) {
+  report_.now = now;
+  report_.state = ReadState(now);
+  const ControlOutput output =
+      law_.Step({.state = report_.state, .scene = scene, .field = field, .goal = goal}, now);
+  report_.wanted = output.u;
+  report_.progress = output.progress;
+  report_.stats = output.stats;
+  report_.sent = envelope_.Step(output.u, report_.state, now).u;
+
+  // A driver that is not ready, or is given what its frame cannot carry, sends zero.
+  static_cast<void>(base_.Command(report_.sent(0), report_.sent(1)));
+  static_cast<void>(arm_.Command(report_.sent.tail<kArmJoints>()));
+  base_.Step(now, base_out);
+  arm_.Step(now, arm_out);
+  report_.phase = Phase();
+  report_.base_fault = base_.fault();
+  report_.arm_fault = arm_.fault();
+  return report_;
+}
+
+void ControlTask::Stop() {
+  stopping_ = true;
+  base_.Stop();
+  arm_.Stop();
+}
+
+Status ControlTask::Rearm() {
+  const Status status = envelope_.Rearm();
+  if (status == Status::kOk) {
+    stopping_ = false;
+    base_.Reset();
+    arm_.Reset();
+  }
+  return status;
+}
+
+}  // namespace pipewright

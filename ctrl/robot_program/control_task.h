@@ -1,0 +1,98 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstdint>
+
+#include "ctrl/envelope/envelope.h"
+#include "ctrl/whole_body/whole_body_controller.h"
+#include "perception/localization/wheel_odometry.h"
+#include "plan/goal.h"
+#include "platform/drivers/arm_driver.h"
+#include "platform/drivers/tracer_driver.h"
+#include "platform/robot/model.h"
+
+namespace pipewright {
+
+struct ControlTaskConfig {
+  WholeBodyConfig law;
+  WheelOdometryConfig odometry;
+  TracerDriverConfig base;
+  ArmDriverConfig arm;
+  BasePose start;  ///< where the robot stands when it is switched on
+  Duration state_timeout = std::chrono::milliseconds(50);
+};
+
+/// Limits of the robot as the envelope wants them. period = that of the law.
+EnvelopeConfig EnvelopeOf(const RobotModel<kArmJoints>& robot, const ControlTaskConfig& config);
+
+enum class ControlPhase : std::uint8_t {
+  kStarting,  ///< devices are being found, configured and enabled
+  kRunning,
+  kStopping,  ///< asked to stop: on the way to rest, then devices are disabled
+  kStopped,
+  kFault,  ///< a device is at fault: zero is commanded; see base_fault and arm_fault
+};
+
+/// What one cycle knew and did.
+struct ControlReport {
+  Time now{};
+  ControlPhase phase = ControlPhase::kStarting;
+  RobotState state;
+  Controls wanted = Controls::Zero();  ///< by the law
+  Controls sent = Controls::Zero();    ///< by the envelope
+  GoalProgress progress;
+  ControlStats stats;
+  DeviceFault base_fault;
+  DeviceFault arm_fault;
+};
+
+/// The first of the three tasks, and the only one that speaks to the buses:
+///
+///   frames -> drivers -> state -> law (3) -> envelope -> drivers -> frames
+///
+///   Frame frame;
+///   while (base_port.Receive(frame)) task.OnBaseFrame(frame);
+///   while (arm_port.Receive(frame)) task.OnArmFrame(frame);
+///   task.Step(now, scene, field, goal, base_out, arm_out);     // once a period
+///   ... send base_out and arm_out, in order
+///
+/// On a shared bus both handlers get every frame. No heap, no lock, no throw, no system call.
+class ControlTask {
+ public:
+  ControlTask(const ControlTaskConfig& config, const RobotModel<kArmJoints>& robot);
+
+  /// kOutOfRange: the configuration is not valid; the task then only ever commands zero.
+  Status status() const { return law_.status(); }
+
+  void OnBaseFrame(const can::Frame& frame) { base_.OnFrame(frame); }
+  void OnArmFrame(const can::Frame& frame) { arm_.OnFrame(frame); }
+
+  const ControlReport& Step(Time now, const Scene& scene, const DistanceField& field,
+                            const Goal& goal, TxBatch& base_out, TxBatch& arm_out);
+
+  /// To rest, then disabled: phase kStopped.
+  void Stop();
+  /// An operator's word after an emergency stop or a fault: forget it and start again.
+  Status Rearm();
+
+  const ControlReport& report() const { return report_; }
+  const EnvelopeCounters& envelope_counters() const { return envelope_.counters(); }
+  const TracerDriver& base() const { return base_; }
+  const ArmDriver& arm() const { return arm_; }
+
+ private:
+  RobotState ReadState(Time now);
+  ControlPhase Phase() const;
+
+  ControlTaskConfig config_;
+  TracerDriver base_;
+  ArmDriver arm_;
+  WheelOdometry odometry_;
+  WholeBodyController law_;
+  Envelope envelope_;
+  Time last_twist_{};
+  bool stopping_ = false;
+  ControlReport report_;
+};
+
+}  // namespace pipewright

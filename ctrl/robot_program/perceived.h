@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <array>
+
+#include "perception/map/distance_field.h"
+#include "perception/map/voxel_grid.h"
+#include "perception/scene.h"
+
+namespace pipewright {
+
+/// What the mapping task hands to the control task after each frame.
+struct Surrounding {
+  explicit Surrounding(const MapConfig& map) : field(map) {}
+
+  Scene scene;
+  DistanceField field;
+};
+
+/// What it hands to the planning task: the same, and the map they came from.
+struct MapSnapshot {
+  explicit MapSnapshot(const MapConfig& config) : map(config), field(config) {}
+
+  Time stamp{};
+  VoxelGrid map;
+  DistanceField field;
+  Scene scene;
+};
+
+/// Unknown voxels that the planner gave up, on their way back to the map.
+struct ResidualVoxels {
+  FixedVector<VoxelIndex, 65536> voxels;
+};
+
+}  // namespace pipewright

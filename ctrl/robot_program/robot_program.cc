@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: MIT
+#include "ctrl/robot_program/robot_program.h"
+
+namespace pipewright {
+namespace {
+
+Configuration StartOf(const RobotProgramConfig& config) {
+  Configuration q;
+  const BasePose& pose = config.control.start;
+  q << pose.x_m, pose.y_m, pose.phi_rad, config.start_joints_rad;
+  return q;
+}
+
+}  // namespace
+
+RobotProgram::RobotProgram(const RobotProgramConfig& config, const RobotModel<kArmJoints>& robot)
+    : control_(config.control, robot),
+      mapping_(config.mapping, robot),
+      planning_(config.mission, config.mapping.map),
+      surrounding_(Surrounding(config.mapping.map)),
+      snapshot_(MapSnapshot(config.mapping.map)) {
+  mapping_.Start(StartOf(config));
+  surrounding_.Back().field = mapping_.field();
+  surrounding_.Publish();
+}
+
+const ControlReport& RobotProgram::StepControl(Time now) {
+  if (stop_requested_.load(std::memory_order_relaxed) && !stopping_) {
+    stopping_ = true;
+    control_.Stop();
+  }
+  base_out_.clear();
+  arm_out_.clear();
+  const Surrounding& around = surrounding_.Read();
+  const ControlReport& report =
+      control_.Step(now, around.scene, around.field, goal_.Read(), base_out_, arm_out_);
+  states_.Add(report.state);
+  history_.Write(states_);
+  report_.Write(report);
+  return report;
+}
+
+Status RobotProgram::Map(const DepthFrame& frame) {
+  if (residual_.HasNew()) {
+    mapping_.DeclareResidual(residual_.Read());
+  }
+  const Status status = mapping_.Step(frame, history_.Read());
+  if (status != Status::kOk) {
+    return status;
+  }
+  Surrounding& around = surrounding_.Back();
+  around.scene = mapping_.scene();
+  around.field = mapping_.field();
+  surrounding_.Publish();
+
+  MapSnapshot& snapshot = snapshot_.Back();
+  snapshot.stamp = frame.stamp;
+  snapshot.map = mapping_.map();
+  snapshot.field = mapping_.field();
+  snapshot.scene = mapping_.scene();
+  snapshot_.Publish();
+  return Status::kOk;
+}
+
+const MissionOutput& RobotProgram::Plan(Time now) {
+  const ControlReport& report = report_.Read();
+  const MissionOutput& output = planning_.Step(now, snapshot_.Read(), report.state, report.progress,
+                                               report.phase == ControlPhase::kFault);
+  if (planning_.goal().id != goal_id_) {
+    goal_id_ = planning_.goal().id;
+    goal_.Write(planning_.goal());
+  }
+  if (!planning_.NewResidual().empty()) {
+    ResidualVoxels& residual = residual_.Back();
+    residual.voxels.clear();
+    for (const VoxelIndex& v : planning_.NewResidual()) {
+      if (!residual.voxels.push_back(v)) {
+        break;  // the rest stays unknown, which is the safe side
+      }
+    }
+    residual_.Publish();
+  }
+  if (output.state == MissionState::kDone || output.state == MissionState::kFault) {
+    RequestStop();
+  }
+  return output;
+}
+
+}  // namespace pipewright

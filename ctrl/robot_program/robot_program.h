@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <atomic>
+
+#include "ctrl/robot_program/control_task.h"
+#include "ctrl/robot_program/mapping_task.h"
+#include "ctrl/robot_program/planning_task.h"
+#include "platform/can/bus.h"
+#include "platform/core/latest.h"
+
+namespace pipewright {
+
+struct RobotProgramConfig {
+  ControlTaskConfig control;
+  MappingConfig mapping;
+  MissionConfig mission;
+  ArmVector start_joints_rad = ArmVector::Zero();  ///< for the start bubble, before any feedback
+};
+
+/// The program that runs on the robot: three tasks, each its own memory, that meet only in
+/// Latest<T>. Each may have its thread, or all three one; a virtual run is a function of its
+/// inputs.
+///
+///   control task   Control(base bus, arm bus, now)    every period
+///   mapping task   Map(frame)                         every depth frame
+///   planning task  Plan(now)                          a few times a second; may take long
+class RobotProgram {
+ public:
+  RobotProgram(const RobotProgramConfig& config, const RobotModel<kArmJoints>& robot);
+
+  Status status() const { return control_.status(); }
+
+  /// Control thread: reads both buses dry, steps, sends. One port may serve as both.
+  template <can::Bus Base, can::Bus Arm>
+  const ControlReport& Control(Base& base, Arm& arm, Time now);
+
+  /// Mapping thread.
+  Status Map(const DepthFrame& frame);
+
+  /// Planning thread. After the mission has ended it asks the control task to stop.
+  const MissionOutput& Plan(Time now);
+
+  /// Any thread: bring the robot to rest and disable it.
+  void RequestStop() { stop_requested_.store(true, std::memory_order_relaxed); }
+
+  const ControlTask& control() const { return control_; }
+  const MappingTask& mapping() const { return mapping_; }
+  const PlanningTask& planning() const { return planning_; }
+
+  /// Frames that a bus did not take.
+  std::uint64_t send_failures() const { return send_failures_; }
+
+ private:
+  template <can::Bus B>
+  void Send(B& bus, const TxBatch& batch);
+  const ControlReport& StepControl(Time now);
+
+  ControlTask control_;
+  MappingTask mapping_;
+  PlanningTask planning_;
+
+  Latest<Surrounding> surrounding_;  // mapping -> control
+  Latest<MapSnapshot> snapshot_;     // mapping -> planning
+  Latest<Goal> goal_;                // planning -> control
+  Latest<ResidualVoxels> residual_;  // planning -> mapping
+  Latest<StateHistory> history_;     // control -> mapping
+  Latest<ControlReport> report_;     // control -> planning
+  StateHistory states_;              // control's own
+  TxBatch base_out_;
+  TxBatch arm_out_;
+  std::atomic<bool> stop_requested_ = false;
+  bool stopping_ = false;
+  std::uint32_t goal_id_ = 0;
+  std::uint64_t send_failures_ = 0;
+};
+
+template <can::Bus B>
+void RobotProgram::Send(B& bus, const TxBatch& batch) {
+  for (const can::Frame& frame : batch) {
+    if (bus.Send(frame) != Status::kOk) {
+      ++send_failures_;  // the devices' own watchdogs stop them if this goes on
+    }
+  }
+}
+
+template <can::Bus Base, can::Bus Arm>
+const ControlReport& RobotProgram::Control(Base& base, Arm& arm, Time now) {
+  const bool shared = static_cast<const void*>(&base) == static_cast<const void*>(&arm);
+  can::Frame frame;
+  while (base.Receive(frame)) {
+    control_.OnBaseFrame(frame);
+    if (shared) {
+      control_.OnArmFrame(frame);
+    }
+  }
+  while (!shared && arm.Receive(frame)) {
+    control_.OnArmFrame(frame);
+  }
+  const ControlReport& report = StepControl(now);
+  Send(base, base_out_);
+  Send(arm, arm_out_);
+  return report;
+}
+
+}  // namespace pipewright

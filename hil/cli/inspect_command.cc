@@ -1,0 +1,144 @@
+// SPDX-License-Identifier: MIT
+#include "hil/cli/inspect_command.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <csignal>
+#include <cstdio>
+#include <filesystem>
+#include <map>
+#include <memory>
+
+#include "hil/cli/inspection.h"
+#include "hil/cli/virtual_run.h"
+
+namespace pipewright::hil {
+namespace {
+
+constexpr int kOk = 0;
+constexpr int kFailed = 1;
+constexpr int kBadInput = 2;
+
+std::atomic<bool> interrupted = false;
+
+void OnInterrupt(int) { interrupted = true; }
+
+std::filesystem::path FolderOf(const Scenario& scenario, const InspectionOptions& options) {
+  if (!options.out.empty()) {
+    return options.out;
+  }
+  return std::filesystem::path("runs") /
+         fmt::format("{}-{}-{}", scenario.name, Name(options.planner), options.seed);
+}
+
+nlohmann::ordered_json Head(const Scenario& scenario, const InspectionOptions& options) {
+  return {{"scenario", scenario.name},
+          {"seed", options.seed},
+          {"planner", Name(options.planner)},
+          {"stop_reason", "running"}};
+}
+
+void ShowProgress(const RunProgress& p, bool terminal) {
+  const std::string line = fmt::format(
+      "{:6.0f} s  {:<11}  seen {:5.1f} %  covered {:5.1f} %  contacts {}", ToSeconds(p.now),
+      Name(p.state), 100.0 * (p.counts.free + p.counts.occupied) / std::max(1, p.counts.total),
+      100 * p.coverage.ratio, p.contacts);
+  if (terminal) {
+    fmt::print(stderr, "\r\033[K{}", line);
+    std::fflush(stderr);
+  } else if (static_cast<long>(ToSeconds(p.now)) % 30 == 0) {
+    fmt::print(stderr, "{}\n", line);
+  }
+}
+
+int Inspect(const InspectionOptions& options) {
+  const ScenarioResult loaded = LoadScenario(options.scenario);
+  if (!loaded.scenario) {
+    for (const std::string& error : loaded.errors) {
+      fmt::print(stderr, "pipewright: {}\n", error);
+    }
+    return kBadInput;
+  }
+  RunFolder folder;
+  if (const std::string error =
+          folder.Open(FolderOf(*loaded.scenario, options), Head(*loaded.scenario, options));
+      !error.empty()) {
+    fmt::print(stderr, "pipewright: {}\n", error);
+    return kBadInput;
+  }
+  std::signal(SIGINT, OnInterrupt);
+  std::signal(SIGTERM, OnInterrupt);
+  const bool terminal = isatty(STDERR_FILENO) == 1;
+  RunHooks hooks;
+  hooks.progress = [terminal](const RunProgress& p) { ShowProgress(p, terminal); };
+  hooks.interrupted = [] { return interrupted.load(); };
+  const nlohmann::ordered_json run = RunVirtual(*loaded.scenario, options, folder, hooks);
+  if (terminal) {
+    fmt::print(stderr, "\r\033[K");
+  }
+  folder.Text("run.json", run.dump(2) + "\n");
+  if (const std::string error = folder.Close(); !error.empty()) {
+    fmt::print(stderr, "pipewright: {}\n", error);
+    return kFailed;
+  }
+  if (options.json) {
+    fmt::print("{}\n", run.dump(2));
+  } else {
+    fmt::print("{}", RunTable(run, folder.path().string()));
+  }
+  return Passed(run) ? kOk : kFailed;
+}
+
+}  // namespace
+
+void AddInspect(CLI::App& app, int* exit_code) {
+  CLI::App* command = app.add_subcommand(
+      "inspect", "Run one inspection mission against emulated devices, and leave its evidence");
+  const auto options = std::make_shared<InspectionOptions>();
+  command
+      ->add_option("--scenario", options->scenario,
+                   "pipes1, pipes2, pipes3, or a TOML file of your own "
+                   "(start from hil/world/scenarios/pipes3.toml)")
+      ->capture_default_str();
+  command->add_option("--seed", options->seed, "of sensor noise and planning")
+      ->capture_default_str();
+  command
+      ->add_option("--planner", options->planner,
+                   "cfnbv: reachable views, motion cost; cfnbv_paper: as published")
+      ->transform(CLI::CheckedTransformer(std::map<std::string, PlannerKind>{
+          {"cfnbv", PlannerKind::kCfnbv}, {"cfnbv_paper", PlannerKind::kCfnbvPaper}}))
+      ->default_str("cfnbv");
+  command->add_option("--svfi", options->svfi, "how chance constraints see the velocity to be sent")
+      ->transform(CLI::CheckedTransformer(
+          std::map<std::string, SvfiMode>{{"exact", SvfiMode::kExact},
+                                          {"previous_velocity", SvfiMode::kPreviousVelocity},
+                                          {"worst_case", SvfiMode::kWorstCase}}))
+      ->default_str("exact");
+  command
+      ->add_option("--alpha", options->alpha,
+                   "probability that each uncertain constraint holds, in [0.5, 1)")
+      ->check(CLI::Range(0.5, 0.999999))
+      ->capture_default_str();
+  command->add_option("--rate", options->rate_hz, "of the control task, Hz")
+      ->check(CLI::Range(50.0, 1000.0))
+      ->capture_default_str();
+  command->add_flag("--realtime", options->realtime, "keep pace with the wall clock");
+  command->add_option("--bus", options->bus, "loopback, or one CAN interface, or base,arm")
+      ->capture_default_str();
+  command->add_option("--out", options->out,
+                      "folder for the evidence (default: runs/SCENARIO-PLANNER-SEED)");
+  command->add_option("--time-limit", options->time_limit_s, "of simulated time, s")
+      ->check(CLI::Range(1.0, 1e5))
+      ->capture_default_str();
+  command->add_flag("--json", options->json,
+                    "print run.json's object, and nothing else, on stdout");
+  command->callback([options, exit_code] { *exit_code = Inspect(*options); });
+  command->footer(
+      "Exit code: 0 the mission is complete and nothing was touched; 1 it ended otherwise;\n"
+      "2 the input is bad.\n"
+      "Example: pipewright inspect --scenario pipes2 --seed 7 --out /tmp/run");
+}
+
+}  // namespace pipewright::hil

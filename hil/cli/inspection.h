@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "ctrl/robot_program/robot_program.h"
+#include "hil/world/scenario.h"
+
+namespace pipewright::hil {
+
+/// What a person asks of `pipewright inspect`.
+struct InspectionOptions {
+  std::string scenario = "pipes3";  ///< a shipped name or a file
+  std::uint64_t seed = 1;
+  PlannerKind planner = PlannerKind::kCfnbv;
+  SvfiMode svfi = SvfiMode::kExact;
+  double alpha = 0.7;
+  double rate_hz = 100;
+  bool realtime = false;
+  std::string bus = "loopback";  ///< or IFACE, or IFACE,IFACE: the base's, the arm's
+  std::string out;               ///< empty: runs/<scenario>-<planner>-<seed>
+  bool json = false;
+  double time_limit_s = 1800;  ///< of simulated time
+};
+
+/// The robot's program for one run: a function of the scenario and the options, nothing else.
+RobotProgramConfig ProgramConfig(const Scenario& scenario, const InspectionOptions& options);
+
+const char* Name(SvfiMode mode);
+const char* Name(PlannerKind planner);
+
+}  // namespace pipewright::hil

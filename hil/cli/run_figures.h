@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstdint>
+#include <nlohmann/json.hpp>
+#include <vector>
+
+#include "ctrl/robot_program/robot_program.h"
+#include "hil/cli/inspection.h"
+#include "hil/emulator/emulator.h"
+#include "platform/can/loopback_bus.h"
+
+namespace pipewright::hil {
+
+/// What a run adds up, cycle by cycle.
+struct RunFigures {
+  std::uint64_t cycles = 0;
+  std::uint64_t heap_allocations = 0;  ///< inside control cycles
+  int qp_iterations_max = 0;
+  std::uint64_t qp_cap_hits = 0;
+  std::uint64_t svfi_checked = 0;
+  std::uint64_t svfi_held = 0;
+  std::uint64_t svfi_fallbacks = 0;
+  int rows_max = 0;
+  std::vector<float> qp_us;           ///< wall clock, one a cycle
+  std::vector<float> cycle_us;        ///< likewise
+  std::vector<float> step_ms;         ///< one a planning step
+  double joint_limit_excess_rad = 0;  ///< of the plant, largest; <= 0: never passed
+  int joint_hard_stops = 0;
+  double pose_error_m = 0;  ///< odometry against the truth, largest
+  double pose_error_rad = 0;
+  double wall_s = 0;
+
+  void Add(const ControlReport& report);
+};
+
+/// p in [0, 1]; the smallest value that at least that share does not exceed. 0 for none.
+double Percentile(std::vector<float> values, double p);
+
+struct CanFigures {
+  std::uint64_t tx = 0;
+  std::uint64_t rx = 0;
+  std::uint64_t dropped = 0;
+  double load_peak = 0;
+};
+
+/// run.json's object.
+nlohmann::ordered_json RunJson(const InspectionOptions& options, const std::string& scenario,
+                               const RobotProgram& program, const Emulator& emulator,
+                               const RunFigures& figures, const CanFigures& can, Time end,
+                               const std::string& stop_detail);
+
+/// plan.jsonl's object of one planning step.
+nlohmann::ordered_json PlanJson(Time now, const MissionOutput& output, const Goal& goal,
+                                const MapCounts& counts);
+
+/// The same figures as a short table for people.
+std::string RunTable(const nlohmann::ordered_json& run, const std::string& folder);
+
+/// Whether the run met what it is for: complete, nothing touched, no allocation.
+bool Passed(const nlohmann::ordered_json& run);
+
+}  // namespace pipewright::hil

@@ -1,0 +1,258 @@
+// SPDX-License-Identifier: MIT
+#include "hil/cli/virtual_run.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <memory>
+#include <numbers>
+#include <thread>
+
+#include "hil/cli/heap_watch.h"
+#include "platform/can/cia402.h"
+#include "platform/can/loopback_bus.h"
+#include "platform/can/tracer.h"
+#include "platform/robot/uf7.h"
+
+namespace pipewright::hil {
+namespace {
+
+using std::chrono_literals::operator""s;
+using WallClock = std::chrono::steady_clock;
+
+constexpr Duration kStopTimeout = 5s;  ///< for the robot to come to rest and be disabled
+
+double Microseconds(WallClock::time_point since) {
+  return std::chrono::duration<double, std::micro>(WallClock::now() - since).count();
+}
+
+/// The buses of one run, with a listener on each for can.log.
+class Wires {
+ public:
+  Wires()
+      : base_(can::kTracerBitrate),
+        arm_(can::kArmBitrate),
+        robot_base_(*base_.Attach()),
+        robot_arm_(*arm_.Attach()),
+        device_base_(*base_.Attach()),
+        device_arm_(*arm_.Attach()),
+        base_port_(device_base_),
+        arm_port_(device_arm_),
+        base_tap_(*base_.AttachListener()),
+        arm_tap_(*arm_.AttachListener()) {}
+
+  std::vector<Port*> DevicePorts() { return {&base_port_, &arm_port_}; }
+  can::LoopbackBus::Port& robot_base() { return robot_base_; }
+  can::LoopbackBus::Port& robot_arm() { return robot_arm_; }
+
+  void AdvanceTo(Time now, RunFolder& folder) {
+    base_.AdvanceTo(now);
+    arm_.AdvanceTo(now);
+    can::Frame frame;
+    while (base_tap_.Receive(frame)) {
+      folder.Can(frame, "can0");
+    }
+    while (arm_tap_.Receive(frame)) {
+      folder.Can(frame, "can1");
+    }
+  }
+
+  /// As the robot's two ports saw it.
+  CanFigures Figures() const {
+    CanFigures figures;
+    for (const can::LoopbackBus::Port* port : {&robot_base_, &robot_arm_}) {
+      const can::PortCounters& c = port->counters();
+      figures.tx += c.tx;
+      figures.rx += c.rx;
+      figures.dropped += c.tx_dropped + c.rx_dropped;
+    }
+    figures.load_peak = std::max(base_.PeakLoad(), arm_.PeakLoad());
+    return figures;
+  }
+
+ private:
+  can::LoopbackBus base_;
+  can::LoopbackBus arm_;
+  can::LoopbackBus::Port& robot_base_;
+  can::LoopbackBus::Port& robot_arm_;
+  can::LoopbackBus::Port& device_base_;
+  can::LoopbackBus::Port& device_arm_;
+  PortOf<can::LoopbackBus::Port> base_port_;
+  PortOf<can::LoopbackBus::Port> arm_port_;
+  can::LoopbackBus::Port& base_tap_;
+  can::LoopbackBus::Port& arm_tap_;
+};
+
+std::string FaultText(const char* device, const DeviceFault& fault) {
+  if (fault.problem == Problem::kNone) {
+    return "";
+  }
+  const std::string name = fault.node > 0 ? fmt::format("{} joint {}", device, fault.node) : device;
+  return fmt::format("{}: {}{}", name, Name(fault.problem),
+                     fault.detail != 0 ? fmt::format(" (0x{:X})", fault.detail) : "");
+}
+
+class VirtualRun {
+ public:
+  VirtualRun(const Scenario& scenario, const InspectionOptions& options, RunFolder& folder,
+             const RunHooks& hooks)
+      : scenario_(scenario),
+        options_(options),
+        folder_(folder),
+        hooks_(hooks),
+        program_(std::make_unique<RobotProgram>(ProgramConfig(scenario, options), TracerUf7())),
+        emulator_(scenario, HomeJoints(TracerUf7()), options.seed, wires_.DevicePorts()),
+        frame_(std::make_unique<DepthFrame>()),
+        period_(FromSeconds(1 / options.rate_hz)) {}
+
+  nlohmann::ordered_json Run();
+
+ private:
+  void Tick();
+  void Cycle();
+  void SeeAndPlan();
+  void Watch(const ControlReport& report);
+  bool Done() const;
+
+  const Scenario& scenario_;
+  const InspectionOptions& options_;
+  RunFolder& folder_;
+  const RunHooks& hooks_;
+  Wires wires_;
+  std::unique_ptr<RobotProgram> program_;
+  Emulator emulator_;
+  std::unique_ptr<DepthFrame> frame_;
+  Duration period_;
+  Time now_{};
+  Time next_cycle_{};
+  Time next_progress_{};
+  std::optional<Time> stopping_since_;
+  RunFigures figures_;
+  WallClock::time_point wall_start_;
+};
+
+void VirtualRun::Watch(const ControlReport& report) {
+  const Plant& plant = emulator_.plant();
+  const auto over =
+      (plant.joints_rad() - plant.upper_rad()).cwiseMax(plant.lower_rad() - plant.joints_rad());
+  figures_.joint_limit_excess_rad =
+      figures_.cycles == 1 ? over.maxCoeff()
+                           : std::max(figures_.joint_limit_excess_rad, over.maxCoeff());
+  if (report.state.valid) {
+    const BasePose& truth = plant.base();
+    figures_.pose_error_m =
+        std::max(figures_.pose_error_m,
+                 std::hypot(report.state.q(0) - truth.x_m, report.state.q(1) - truth.y_m));
+    figures_.pose_error_rad =
+        std::max(figures_.pose_error_rad,
+                 std::abs(std::remainder(report.state.q(2) - truth.yaw_rad, 2 * std::numbers::pi)));
+  }
+}
+
+void VirtualRun::Cycle() {
+  const WallClock::time_point start = WallClock::now();
+  const HeapWatch heap;
+  const ControlReport& report = program_->Control(wires_.robot_base(), wires_.robot_arm(), now_);
+  figures_.heap_allocations += heap.allocations();
+  figures_.cycle_us.push_back(static_cast<float>(Microseconds(start)));
+  figures_.Add(report);
+  Watch(report);
+  const Clearance& clearance = emulator_.Measure(now_);
+  folder_.Trace(report, emulator_.plant(), clearance, program_->mapping().map().counts());
+}
+
+void VirtualRun::SeeAndPlan() {
+  emulator_.Render(*frame_);
+  // A frame that comes before the robot knows where it is, is dropped and counted by the task.
+  static_cast<void>(program_->Map(*frame_));
+  const int steps = program_->planning().output().plan_steps;
+  const WallClock::time_point start = WallClock::now();
+  const MissionOutput& mission = program_->Plan(now_);
+  if (mission.planned && mission.plan_steps != steps) {
+    figures_.step_ms.push_back(static_cast<float>(Microseconds(start) * 1e-3));
+    folder_.Plan(
+        PlanJson(now_, mission, program_->planning().goal(), program_->mapping().map().counts()));
+  }
+}
+
+void VirtualRun::Tick() {
+  wires_.AdvanceTo(now_, folder_);
+  emulator_.Step(now_);
+  if (emulator_.FrameDue(now_)) {
+    SeeAndPlan();
+  }
+  if (now_ >= next_cycle_) {
+    next_cycle_ += period_;
+    Cycle();
+    if (hooks_.interrupted && hooks_.interrupted()) {
+      program_->RequestStop();
+      stopping_since_ = stopping_since_.value_or(now_);
+    }
+  }
+  if (now_ >= next_progress_) {
+    next_progress_ = now_ + Duration{1s};
+    if (hooks_.progress) {
+      const Truth& truth = emulator_.truth();
+      hooks_.progress({now_, program_->planning().output().state,
+                       program_->mapping().map().counts(), truth.coverage(), truth.contacts()});
+    }
+  }
+}
+
+bool VirtualRun::Done() const {
+  const MissionState state = program_->planning().output().state;
+  const ControlPhase phase = program_->control().report().phase;
+  if (phase == ControlPhase::kStopped) {
+    return true;
+  }
+  const bool ended = state == MissionState::kDone || state == MissionState::kFault;
+  return (ended || stopping_since_) && stopping_since_ && now_ - *stopping_since_ > kStopTimeout;
+}
+
+nlohmann::ordered_json VirtualRun::Run() {
+  wall_start_ = WallClock::now();
+  while (!Done()) {
+    Tick();
+    const MissionState state = program_->planning().output().state;
+    if ((state == MissionState::kDone || state == MissionState::kFault) && !stopping_since_) {
+      stopping_since_ = now_;
+    }
+    now_ += Emulator::kTick;
+    if (options_.realtime) {
+      std::this_thread::sleep_until(wall_start_ + now_.time_since_epoch());
+    }
+  }
+  figures_.wall_s = 1e-6 * Microseconds(wall_start_);
+  folder_.Map(program_->mapping().map());
+  const std::string detail =
+      StopDetail(program_->planning().output(), program_->control().report(), false);
+  return RunJson(options_, scenario_.name, *program_, emulator_, figures_, wires_.Figures(), now_,
+                 detail);
+}
+
+}  // namespace
+
+std::string StopDetail(const MissionOutput& mission, const ControlReport& report,
+                       bool camera_lost) {
+  if (mission.stop == StopReason::kComplete) {
+    return "";
+  }
+  std::string text;
+  for (const std::string& fault :
+       {FaultText("base", report.base_fault), FaultText("arm", report.arm_fault),
+        std::string(camera_lost ? "camera: no frames" : "")}) {
+    if (!fault.empty()) {
+      text += (text.empty() ? "" : "; ") + fault;
+    }
+  }
+  return text;
+}
+
+nlohmann::ordered_json RunVirtual(const Scenario& scenario, const InspectionOptions& options,
+                                  RunFolder& folder, const RunHooks& hooks) {
+  return VirtualRun(scenario, options, folder, hooks).Run();
+}
+
+}  // namespace pipewright::hil

@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <functional>
+
+#include "hil/cli/run_figures.h"
+#include "hil/cli/run_folder.h"
+
+namespace pipewright::hil {
+
+/// How a run is going, for a person who waits.
+struct RunProgress {
+  Time now{};
+  MissionState state = MissionState::kStart;
+  MapCounts counts;
+  Truth::Coverage coverage;
+  int contacts = 0;
+};
+
+struct RunHooks {
+  std::function<void(const RunProgress&)> progress;  ///< once a simulated second
+  std::function<bool()> interrupted;                 ///< asked every cycle
+};
+
+/// One thread on a virtual clock: the robot program and the emulated devices on a LoopbackBus, in
+/// steps of 1 ms. A run is a function of scenario, options and seed; only wall-clock figures differ
+/// between two. With options.realtime it waits for the wall clock at each cycle.
+/// @returns run.json's object; the folder holds everything else
+nlohmann::ordered_json RunVirtual(const Scenario& scenario, const InspectionOptions& options,
+                                  RunFolder& folder, const RunHooks& hooks);
+
+/// What stopped the mission, in words; empty when it is complete.
+std::string StopDetail(const MissionOutput& mission, const ControlReport& report, bool camera_lost);
+
+}  // namespace pipewright::hil
