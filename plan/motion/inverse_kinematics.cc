@@ -135,6 +135,18 @@ std::optional<Configuration> SolveSensor(const SensorTarget& target, const Confi
   return std::nullopt;
 }
 
+Configuration Unwound(const Configuration& q, const Configuration& reference) {
+  const JointRange range = PlannedRange();
+  Configuration unwound = q;
+  for (int i = 0; i < kArmJoints; ++i) {
+    const double nearest = reference(3 + i) + WrapAngle(q(3 + i) - reference(3 + i));
+    if (range.lo(i) <= nearest && nearest <= range.hi(i)) {
+      unwound(3 + i) = nearest;
+    }
+  }
+  return unwound;
+}
+
 std::optional<Configuration> Reach(const CollisionChecker& checker, const SensorTarget& target,
                                    const Configuration& seed, Rng& rng, const ReachConfig& config) {
   const JointRange range = PlannedRange();
@@ -144,7 +156,7 @@ std::optional<Configuration> Reach(const CollisionChecker& checker, const Sensor
     this_time.hold_base = config.hold_base || attempt % 2 == 0;
     const std::optional<Configuration> q = SolveSensor(target, start, this_time);
     if (q && checker.Free(*q)) {
-      return q;
+      return Unwound(*q, seed);
     }
   }
   return std::nullopt;

@@ -30,8 +30,12 @@ struct ReachConfig {
 std::optional<Configuration> SolveSensor(const SensorTarget& target, const Configuration& seed,
                                          const ReachConfig& config = {});
 
-/// A free configuration with the sensor at the target, or nothing. Every other attempt, the first
-/// too, holds the base. Bounded: attempts x iterations.
+/// The same posture with every joint at the whole turn that is nearest to the reference's, where
+/// its limits allow: the arm need not unwind.
+Configuration Unwound(const Configuration& q, const Configuration& reference);
+
+/// A free configuration with the sensor at the target, unwound to the seed, or nothing. Every other
+/// attempt, the first too, holds the base. Bounded: attempts x iterations.
 std::optional<Configuration> Reach(const CollisionChecker& checker, const SensorTarget& target,
                                    const Configuration& seed, Rng& rng,
                                    const ReachConfig& config = {});

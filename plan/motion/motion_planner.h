@@ -17,7 +17,7 @@ namespace pipewright {
 struct MotionPlannerConfig {
   CollisionConfig collision = {};
   int node_capacity = 2000;  ///< of each of the two trees
-  int iterations = 300;      ///< samples drawn, at most
+  int iterations = 1000;     ///< samples drawn, at most
   int shortcuts = 60;        ///< attempts to cut a corner, at most
   int escapes = 60;          ///< attempts to leave a start that is inside the margins
   double reach_m = 0.4;      ///< an extension's longest drive

@@ -18,6 +18,7 @@ Configuration NearHome(Rng& rng) {
   for (int i = 0; i < kArmJoints; ++i) {
     q(3 + i) += rng.Uniform(-0.9, 0.9);
   }
+  q(6) = std::max(q(6), -0.1);  // home is near the elbow's limit
   return q;
 }
 
@@ -70,6 +71,29 @@ TEST(SolveSensor, HasNoAnswerForWhatIsFarOrNotFinite) {
   SensorTarget nan = TargetOf(test::Cell::Start());
   nan.p_WS.x() = std::numeric_limits<double>::quiet_NaN();
   EXPECT_FALSE(SolveSensor(nan, test::Cell::Start()));
+}
+
+TEST(Unwound, IsTheSamePostureNearTheReference) {
+  Rng rng(65);
+  for (int trial = 0; trial < 100; ++trial) {
+    Configuration q = NearHome(rng);
+    Configuration reference = NearHome(rng);
+    for (const int turning : {3, 5, 7, 9}) {
+      q(turning) = rng.Uniform(-6, 6);
+      reference(turning) = rng.Uniform(-3, 3);
+    }
+    const Configuration unwound = Unwound(q, reference);
+    const Kinematics<kArmJoints> before(TracerUf7(), q);
+    const Kinematics<kArmJoints> after(TracerUf7(), unwound);
+    EXPECT_LT((before.X_WS().matrix() - after.X_WS().matrix()).cwiseAbs().maxCoeff(), 1e-12);
+    EXPECT_LE((unwound - reference).tail<kArmJoints>().cwiseAbs().maxCoeff(), 3.1416);
+    ExpectWithinLimits(unwound);
+  }
+  Configuration wound = Configuration::Zero();
+  Configuration reference = Configuration::Zero();
+  wound(3) = -6;
+  reference(3) = 6.25;
+  EXPECT_EQ(Unwound(wound, reference), wound) << "the nearer turn is beyond the joint's limit";
 }
 
 TEST(Reach, WhatItGivesIsFreeAndThere) {
