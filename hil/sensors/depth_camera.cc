@@ -82,21 +82,21 @@ DepthCamera::DepthCamera(const CameraSpec& spec, const std::vector<Solid>& solid
       R_WG_(robot.bodies.size()),
       solids_(static_cast<int>(solids.size())),
       device_(NewRayDevice()),
-      scene_(NewRayScene(device_.get())),
+      scene_(device_.get()),
       exact_(static_cast<std::size_t>(spec.width) * spec.height) {
   assert(static_cast<int>(exact_.size()) <= DepthFrame::kMaxPixels);
   for (const Solid& solid : solids) {
-    AttachSolid(device_.get(), scene_.get(), solid);
+    scene_.Add(solid);
   }
   for (const Body& body : bodies_) {
-    body_scenes_.push_back(NewRayScene(device_.get()));
-    AttachShape(device_.get(), body_scenes_.back().get(), body.shape, Isometry3d::Identity());
-    rtcCommitScene(body_scenes_.back().get());
+    RayGeometry& own = body_scenes_.emplace_back(device_.get());
+    own.Add(body.shape, Isometry3d::Identity());
+    rtcCommitScene(own.scene());
     RTCGeometry instance = rtcNewGeometry(device_.get(), RTC_GEOMETRY_TYPE_INSTANCE);
-    rtcSetGeometryInstancedScene(instance, body_scenes_.back().get());
+    rtcSetGeometryInstancedScene(instance, own.scene());
     SetTransform(instance, Isometry3d::Identity());
     rtcCommitGeometry(instance);
-    rtcAttachGeometry(scene_.get(), instance);
+    rtcAttachGeometry(scene_.scene(), instance);
     rtcReleaseGeometry(instance);
   }
 }
@@ -119,7 +119,7 @@ void DepthCamera::PlaceRobot(const Isometry3d& X_WS, std::span<const Isometry3d>
   const Isometry3d X_SW = X_WS.inverse();
   for (std::size_t i = 0; i < bodies_.size(); ++i) {
     // Geometry ids are given in the order of attachment.
-    RTCGeometry instance = rtcGetGeometry(scene_.get(), static_cast<unsigned>(solids_ + i));
+    RTCGeometry instance = rtcGetGeometry(scene_.scene(), static_cast<unsigned>(solids_ + i));
     const Isometry3d X_WG = X_WL[bodies_[i].link] * bodies_[i].X_LG;
     R_WG_[i] = X_WG.linear().cast<float>();
     // Most of the robot is behind its camera, and an instance costs a ray more than a solid does.
@@ -131,7 +131,7 @@ void DepthCamera::PlaceRobot(const Isometry3d& X_WS, std::span<const Isometry3d>
     SetTransform(instance, X_WG);
     rtcCommitGeometry(instance);
   }
-  rtcCommitScene(scene_.get());
+  rtcCommitScene(scene_.scene());
 }
 
 DepthCamera::ExactPixel DepthCamera::PixelOf(float z_m, std::uint32_t geometry,
@@ -181,7 +181,7 @@ const std::vector<DepthCamera::ExactPixel>& DepthCamera::Trace(const Isometry3d&
       packet.hit.geomID[k] = RTC_INVALID_GEOMETRY_ID;
       packet.hit.instID[0][k] = RTC_INVALID_GEOMETRY_ID;
     }
-    rtcIntersect16(valid, scene_.get(), &context, &packet);
+    rtcIntersect16(valid, scene_.scene(), &context, &packet);
     for (int k = 0; k < kPacket && first + k < pixels; ++k) {
       const Eigen::Vector3f n(packet.hit.Ng_x[k], packet.hit.Ng_y[k], packet.hit.Ng_z[k]);
       exact_[first + k] =

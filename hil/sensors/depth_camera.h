@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <deque>
 #include <span>
 #include <vector>
 
@@ -65,8 +66,8 @@ class DepthCamera {
   std::vector<Eigen::Matrix3f> R_WG_;  ///< of the robot's bodies, as last placed
   int solids_ = 0;
   RayDevice device_;
-  std::vector<RayScenePtr> body_scenes_;
-  RayScenePtr scene_;
+  std::deque<RayGeometry> body_scenes_;
+  RayGeometry scene_;
   std::vector<ExactPixel> exact_;
 };
 

@@ -52,30 +52,6 @@ void AttachBox(RTCDevice device, RTCScene scene, const Vector3d& size_m, const I
                    {1, 7, 5}});
 }
 
-/// Points with radii: one makes a sphere, two a capped cylinder.
-void AttachRound(RTCDevice device, RTCScene scene, RTCGeometryType type,
-                 const std::vector<Eigen::Vector4f>& points) {
-  RTCGeometry geometry = rtcNewGeometry(device, type);
-  auto* v = static_cast<float*>(rtcSetNewGeometryBuffer(
-      geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT4, 4 * sizeof(float), points.size()));
-  for (const Eigen::Vector4f& p : points) {
-    v = std::copy_n(p.data(), 4, v);
-  }
-  if (points.size() == 2) {
-    auto* index = static_cast<unsigned*>(rtcSetNewGeometryBuffer(
-        geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT, sizeof(unsigned), 1));
-    *index = 0;
-  }
-  rtcCommitGeometry(geometry);
-  rtcAttachGeometry(scene, geometry);
-  rtcReleaseGeometry(geometry);
-}
-
-Eigen::Vector4f WithRadius(const Vector3d& p, double radius_m) {
-  return {static_cast<float>(p.x()), static_cast<float>(p.y()), static_cast<float>(p.z()),
-          static_cast<float>(radius_m)};
-}
-
 void AttachPlane(RTCDevice device, RTCScene scene, const Isometry3d& X_WG) {
   const auto corner = [&](double x, double y) {
     return Vector3d(X_WG * Vector3d(x * kPlaneHalfSide_m, y * kPlaneHalfSide_m, 0));
@@ -95,49 +71,47 @@ RayDevice NewRayDevice() {
   return device;
 }
 
-RayScenePtr NewRayScene(RTCDeviceTy* device) { return RayScenePtr(rtcNewScene(device)); }
+RayGeometry::RayGeometry(RTCDeviceTy* device) : device_(device), scene_(rtcNewScene(device)) {}
 
-void AttachShape(RTCDeviceTy* device, RTCSceneTy* scene, const Shape& shape,
-                 const Isometry3d& X_WG) {
+void RayGeometry::Add(const Shape& shape, const Isometry3d& X_WG) {
   switch (shape.kind) {
     case ShapeKind::kBox:
-      return AttachBox(device, scene, shape.size_m, X_WG);
-    case ShapeKind::kCylinder: {
-      const Vector3d half(0, 0, shape.size_m.y() / 2);
-      return AttachRound(
-          device, scene, RTC_GEOMETRY_TYPE_CONE_LINEAR_CURVE,
-          {WithRadius(X_WG * -half, shape.size_m.x()), WithRadius(X_WG * half, shape.size_m.x())});
+      return AttachBox(device_, scene(), shape.size_m, X_WG);
+    case ShapeKind::kCylinder:
+    case ShapeKind::kSphere: {
+      rounds_.push_back({shape, X_WG});
+      RTCGeometry geometry = NewRoundGeometry(device_, &rounds_.back());
+      rtcAttachGeometry(scene(), geometry);
+      rtcReleaseGeometry(geometry);
+      return;
     }
-    case ShapeKind::kSphere:
-      return AttachRound(device, scene, RTC_GEOMETRY_TYPE_SPHERE_POINT,
-                         {WithRadius(X_WG.translation(), shape.size_m.x())});
     case ShapeKind::kTriangle:
       return AttachTriangles(
-          device, scene,
+          device_, scene(),
           {X_WG * shape.corners_G[0], X_WG * shape.corners_G[1], X_WG * shape.corners_G[2]},
           {{0, 1, 2}});
   }
 }
 
-void AttachSolid(RTCDeviceTy* device, RTCSceneTy* scene, const Solid& solid) {
+void RayGeometry::Add(const Solid& solid) {
   switch (solid.kind) {
     case SolidKind::kPlane:
-      return AttachPlane(device, scene, solid.X_WG);
+      return AttachPlane(device_, scene(), solid.X_WG);
     case SolidKind::kBox:
     case SolidKind::kCylinder:
-      return AttachShape(device, scene, solid.shape, solid.X_WG);
+      return Add(solid.shape, solid.X_WG);
     case SolidKind::kMesh:
-      return AttachTriangles(device, scene, solid.mesh->vertices(), solid.mesh->triangles());
+      return AttachTriangles(device_, scene(), solid.mesh->vertices(), solid.mesh->triangles());
   }
 }
 
 RayScene::RayScene(const std::vector<Solid>& solids)
-    : device_(NewRayDevice()), scene_(NewRayScene(device_.get())) {
-  rtcSetSceneFlags(scene_.get(), RTC_SCENE_FLAG_ROBUST);  // no ray slips through an edge
+    : device_(NewRayDevice()), geometry_(device_.get()) {
+  rtcSetSceneFlags(geometry_.scene(), RTC_SCENE_FLAG_ROBUST);  // no ray slips through an edge
   for (const Solid& solid : solids) {
-    AttachSolid(device_.get(), scene_.get(), solid);
+    geometry_.Add(solid);
   }
-  rtcCommitScene(scene_.get());
+  rtcCommitScene(geometry_.scene());
 }
 
 bool RayScene::Occluded(const Vector3d& from_W, const Vector3d& to_W, double gap_m) const {
@@ -159,7 +133,7 @@ bool RayScene::Occluded(const Vector3d& from_W, const Vector3d& to_W, double gap
   ray.mask = ~0U;
   RTCIntersectContext context;
   rtcInitIntersectContext(&context);
-  rtcOccluded1(scene_.get(), &context, &ray);
+  rtcOccluded1(geometry_.scene(), &context, &ray);
   return ray.tfar < 0;
 }
 

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <deque>
 #include <memory>
 #include <vector>
 
+#include "hil/world/round_geometry.h"
 #include "hil/world/solid.h"
 
 struct RTCDeviceTy;
@@ -18,18 +20,29 @@ struct RaySceneRelease {
   void operator()(RTCSceneTy* scene) const;
 };
 using RayDevice = std::unique_ptr<RTCDeviceTy, RayDeviceRelease>;
-using RayScenePtr = std::unique_ptr<RTCSceneTy, RaySceneRelease>;
 
 /// One Embree device without worker threads.
 RayDevice NewRayDevice();
-RayScenePtr NewRayScene(RTCDeviceTy* device);
 
-/// Adds a convex shape (box, cylinder, sphere) at X_WG; cylinders and spheres are exact, not
-/// facetted.
-void AttachShape(RTCDeviceTy* device, RTCSceneTy* scene, const Shape& shape,
-                 const Isometry3d& X_WG);
-/// Adds a solid of the world. A plane is a square of 100 m about the origin's foot on it.
-void AttachSolid(RTCDeviceTy* device, RTCSceneTy* scene, const Solid& solid);
+/// An Embree scene and what its geometries refer to. Geometry ids count from 0 in the order of
+/// adding.
+class RayGeometry {
+ public:
+  /// The device must outlive it.
+  explicit RayGeometry(RTCDeviceTy* device);
+
+  /// A convex shape at X_WG; cylinders and spheres are exact, not facetted.
+  void Add(const Shape& shape, const Isometry3d& X_WG);
+  /// A solid of the world. A plane is a square of 100 m about the origin's foot on it.
+  void Add(const Solid& solid);
+
+  RTCSceneTy* scene() const { return scene_.get(); }
+
+ private:
+  RTCDeviceTy* device_;
+  std::deque<RoundShape> rounds_;  ///< a deque: its elements stay where they are
+  std::unique_ptr<RTCSceneTy, RaySceneRelease> scene_;
+};
 
 /// The solids of a world, for questions of sight.
 class RayScene {
@@ -41,7 +54,7 @@ class RayScene {
 
  private:
   RayDevice device_;
-  RayScenePtr scene_;
+  RayGeometry geometry_;
 };
 
 }  // namespace pipewright::hil
