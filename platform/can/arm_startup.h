@@ -19,7 +19,7 @@ inline constexpr int kCommandTimeout_ms = 100;
 inline constexpr int kHeartbeatPeriod_ms = 100;
 inline constexpr int kArmCycle_ms = 10;
 
-enum class StepKind : std::uint8_t {
+enum class StepKind : std::uint32_t {
   kExpect,      ///< read; the answer must be `value`
   kExpectBits,  ///< read; the answer must hold the bits of `value`
   kWrite,

@@ -107,7 +107,7 @@ TEST_F(OverTheBus, ComesUpMovesAndStops) {
 TEST_F(OverTheBus, ItsTrafficFitsASharedBusAndNothingIsLost) {
   Run(5s);
   ASSERT_TRUE(Ready());
-  // Nominal bits give 43 %, worst stuffing 49 %: real stuffing lies between (zeros stuff a lot).
+  // Nominal bits give 40 %, worst-case stuffing 49 %; real stuffing lies between.
   EXPECT_GT(bus_->Load(), 0.40);
   EXPECT_LT(bus_->PeakLoad(), 0.55);
   EXPECT_EQ(host_.counters().tx_dropped, 0U);
