@@ -75,8 +75,8 @@ AbortCode Pdo::CheckMapping(const ObjectDictionary& dictionary, std::uint8_t sub
       return AbortCode::kPdoTooLong;
     }
     int bits = 0;
-    for (std::uint8_t i = 1; i <= value; ++i) {
-      const std::uint32_t entry = dictionary.Value(mapping_, i);
+    for (std::uint32_t i = 1; i <= value; ++i) {
+      const std::uint32_t entry = dictionary.Value(mapping_, static_cast<std::uint8_t>(i));
       if (dictionary.Find(IndexOf(entry), SubOf(entry)) == nullptr) {
         return AbortCode::kNotMappable;
       }
@@ -106,8 +106,8 @@ void Pdo::Configure(ObjectDictionary& dictionary) {
   entries_.clear();
   objects_.clear();
   bytes_ = 0;
-  for (std::uint8_t i = 1; i <= dictionary.Value(mapping_, 0); ++i) {
-    entries_.push_back(dictionary.Value(mapping_, i));
+  for (std::uint32_t i = 1; i <= dictionary.Value(mapping_, 0); ++i) {
+    entries_.push_back(dictionary.Value(mapping_, static_cast<std::uint8_t>(i)));
     objects_.push_back(dictionary.Find(IndexOf(entries_.back()), SubOf(entries_.back())));
     bytes_ += objects_.back()->bytes;
   }
