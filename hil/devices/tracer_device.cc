@@ -11,12 +11,9 @@ namespace pipewright::hil {
 namespace {
 
 using can::ControlMode;
-using can::VehicleState;
-using std::chrono::milliseconds;
 
 constexpr double kUndervoltage_V = 22.0;         // the drives lose their power
 constexpr double kUndervoltageWarning_V = 22.5;  // and get it back
-constexpr double kPi = 3.14159265358979323846;
 
 /// 0x111 as the base reads it: what its limits forbid is clamped, not refused.
 constexpr auto AnyTwistCommand() {
@@ -32,25 +29,6 @@ static_assert(can::WellFormed(kAnyTwistCommand));
 
 double Ramp(double from, double to, double step) {
   return from + std::clamp(to - from, -step, step);
-}
-
-/// Not inlined: gcc 12 would see a message without codes beside the codec's branch for codes, and
-/// warn of a read that never happens.
-template <typename Row, typename Msg>
-[[gnu::noinline]] void Append(const Row& row, const Msg& msg, std::vector<can::Frame>& out,
-                              int node = 0) {
-  const Result<can::Frame> frame = can::Encode(row, msg, node);
-  if (frame.ok()) {
-    out.push_back(*frame);
-  }
-}
-
-bool Due(Time& next, Time now, Duration period) {
-  if (now < next) {
-    return false;
-  }
-  next += period;
-  return true;
 }
 
 }  // namespace
@@ -184,6 +162,16 @@ ControlMode TracerDevice::Mode() const {
   return remote_on_ ? ControlMode::kRemote : can_mode_ ? ControlMode::kCan : ControlMode::kStandby;
 }
 
+std::uint32_t TracerDevice::ErrorBits() const {
+  std::uint32_t bits = 0;
+  bits |= undervoltage_ ? can::base_error::kUndervoltage : 0;
+  bits |= config_.battery_V < kUndervoltageWarning_V ? can::base_error::kUndervoltageWarning : 0;
+  bits |= motor_lost_[0] ? can::base_error::kMotor1Lost : 0;
+  bits |= motor_lost_[1] ? can::base_error::kMotor2Lost : 0;
+  bits |= emergency_stop_ ? config_.estop_error : 0;
+  return bits;
+}
+
 void TracerDevice::Drive(double dt_s, Time now) {
   double v = 0;
   double omega = 0;
@@ -226,82 +214,6 @@ void TracerDevice::Step(Time now, std::vector<can::Frame>& out) {
   last_ = now;
   if (now >= *booted_) {
     Publish(now, out);
-  }
-}
-
-void TracerDevice::Publish(Time now, std::vector<can::Frame>& out) {
-  if (Due(next_fast_, now, can::kBaseState.head.period)) {
-    PublishFast(out);
-  }
-  if (Due(next_slow_, now, can::kBaseMotorSlow.head.period)) {
-    PublishSlow(out);
-  }
-  if (Due(next_bms_, now, can::kBaseBattery.head.period)) {
-    Append(can::kBaseBattery,
-           can::BaseBattery{.charge_percent = config_.charge_percent,
-                            .health_percent = 100,
-                            .voltage_V = config_.battery_V,
-                            .current_A = 0,
-                            .temperature_degC = 25},
-           out);
-  }
-}
-
-std::uint32_t TracerDevice::ErrorBits() const {
-  std::uint32_t bits = 0;
-  bits |= undervoltage_ ? can::base_error::kUndervoltage : 0;
-  bits |= config_.battery_V < kUndervoltageWarning_V ? can::base_error::kUndervoltageWarning : 0;
-  bits |= motor_lost_[0] ? can::base_error::kMotor1Lost : 0;
-  bits |= motor_lost_[1] ? can::base_error::kMotor2Lost : 0;
-  bits |= emergency_stop_ ? config_.estop_error : 0;
-  return bits;
-}
-
-void TracerDevice::PublishFast(std::vector<can::Frame>& out) {
-  const VehicleState state = emergency_stop_               ? VehicleState::kEmergencyStop
-                             : exception_ || undervoltage_ ? VehicleState::kException
-                                                           : VehicleState::kNormal;
-  Append(can::kBaseState,
-         can::BaseState{.vehicle_state = static_cast<std::uint32_t>(state),
-                        .control_mode = config_.modes.Code(Mode()),
-                        .battery_V = config_.battery_V,
-                        .errors = ErrorBits(),
-                        .count = count_state_++},
-         out);
-  Append(can::kBaseTwist, can::BaseTwist{.v_mps = v_mps_, .omega_radps = omega_radps_}, out);
-  can::BaseLight lights = lights_;
-  lights.count = count_light_++;
-  Append(can::kBaseLightState, lights, out);
-  const auto percent = [](double value, double full) {
-    return full > 0 ? 100 * value / full : 0.0;
-  };
-  can::BaseRemote remote{.count = count_remote_++};
-  if (remote_on_) {
-    remote.swa = remote.swb = remote.swc = remote.swd = 3;
-    remote.right_vertical = percent(remote_v_mps_, config_.v_max_mps);
-    remote.left_horizontal = -percent(remote_omega_radps_, config_.omega_max_radps);
-  }
-  Append(can::kBaseRemote, remote, out);
-  for (const int motor : {1, 2}) {
-    const double rim_mps = motor == 1 ? LeftWheel_mps() : RightWheel_mps();
-    const double rpm = rim_mps / config_.wheel_radius_m * 60 / (2 * kPi);
-    Append(can::kBaseMotorFast, can::BaseMotorFast{.speed_rpm = rpm}, out, motor);
-  }
-  Append(can::kBaseOdometer, can::BaseOdometer{.left_m = left_m_, .right_m = right_m_}, out);
-}
-
-void TracerDevice::PublishSlow(std::vector<can::Frame>& out) const {
-  constexpr std::uint32_t kCanLost = 1U << 4;
-  constexpr std::uint32_t kEnabled = 1U << 6;
-  for (const int motor : {1, 2}) {
-    Append(can::kBaseMotorSlow,
-           can::BaseMotorSlow{.driver_V = undervoltage_ ? 0 : config_.battery_V,
-                              .driver_degC = 30,
-                              .motor_degC = 30,
-                              .driver_state = motor_lost_[motor - 1] ? kCanLost
-                                              : Powered()            ? kEnabled
-                                                                     : 0},
-           out, motor);
   }
 }
 
