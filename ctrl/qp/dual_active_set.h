@@ -131,6 +131,7 @@ class QpSolver {
   Vec<Problem::kStride> hi_;
   Vec<n> lb_;
   Vec<n> ub_;
+  double work_[kMaxActive];
   bool equalities_ = false;
   Warm warm_[kMaxActive];
   int warm_size_ = 0;

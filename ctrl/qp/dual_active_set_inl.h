@@ -140,7 +140,7 @@ typename QpSolver<n, m>::Step QpSolver<n, m>::DropWrongSigns(const Problem& qp) 
 /// lambda = S^-1 (a_i'x0 - b_i),  x = x0 - J'M'lambda.
 template <int n, int m>
 void QpSolver<n, m>::SolveOnWorkingSet() {
-  double w[kMaxActive];
+  double* const w = work_;
   V z = V::Zero();
   for (int i = 0; i < set_.size(); ++i) {
     w[i] = set_[i].a.dot(x0_) - set_[i].b;
@@ -172,7 +172,7 @@ int QpSolver<n, m>::FirstToReachZero(double& t) const {
 /// that it cannot be. Refining moves x; if that breaks a row or a sign, the method goes on.
 template <int n, int m>
 typename QpSolver<n, m>::Step QpSolver<n, m>::Polish(const Problem& qp) {
-  double w[kMaxActive];
+  double* const w = work_;
   V s;
   double residual = Residual(qp, s, w);
   if (residual <= kSmallResidual) {

@@ -37,6 +37,7 @@ class WorkingSet {
     V z;                ///< m_p - M'r: what is new in m_p
     double r[kMax];     ///< S^-1 M m_p: how the set's multipliers fall as the candidate's grows
     double l[kMax];     ///< the new row of L
+    double w[kMax];     ///< room to refine in
     double pivot = 0;   ///< |z|^2 + sum d_i r_i^2 + d_p
     double noise2 = 0;  ///< r_i^2 |m_i|^2 below this is rounding
     bool dependent = false;  ///< a_p is a combination of the set, to rounding
@@ -49,12 +50,11 @@ class WorkingSet {
   Member& operator[](int i) { return members_[i]; }
 
   void Project(const Member& candidate, Projection& p) const {
-    double w[kMax];
     p.z = candidate.m;
     for (int i = 0; i < size_; ++i) {
-      w[i] = members_[i].m.dot(candidate.m);
+      p.l[i] = members_[i].m.dot(candidate.m);
     }
-    ForwardSolve(w, p.l);
+    ForwardSolve(p.l, p.l);
     BackwardSolve(p.l, p.r);
     for (int i = 0; i < size_; ++i) {
       p.z -= p.r[i] * members_[i].m;
@@ -137,7 +137,7 @@ class WorkingSet {
   double* Row(int i) { return L_ + i * (i - 1) / 2; }
   const double* Row(int i) const { return L_ + i * (i - 1) / 2; }
 
-  /// y = D^-1 L^-1 w
+  /// y = D^-1 L^-1 w; y may be w.
   void ForwardSolve(const double* w, double* y) const {
     for (int i = 0; i < size_; ++i) {
       const double* row = Row(i);
@@ -168,14 +168,13 @@ class WorkingSet {
 
   /// One step of refinement of S r = M m_p: its residual is M z - d r.
   void Refine(Projection& p) const {
-    double w[kMax];
     for (int i = 0; i < size_; ++i) {
-      w[i] = members_[i].m.dot(p.z) - members_[i].d * p.r[i];
+      p.w[i] = members_[i].m.dot(p.z) - members_[i].d * p.r[i];
     }
-    Solve(w, w);
+    Solve(p.w, p.w);
     for (int i = 0; i < size_; ++i) {
-      p.r[i] += w[i];
-      p.z -= w[i] * members_[i].m;
+      p.r[i] += p.w[i];
+      p.z -= p.w[i] * members_[i].m;
     }
   }
 
