@@ -8,7 +8,7 @@ build=$1
 archives=$(find "$build/platform" "$build/ctrl" -name '*.a' ! -name 'libplatform_linux.a' | sort)
 [[ -n $archives ]] || { echo "check_heap_free: no archives under $build" >&2; exit 2; }
 
-forbidden='(^|[^A-Za-z0-9_])(malloc|calloc|realloc|free|posix_memalign|aligned_alloc)$|operator (new|delete)|__cxa_(throw|allocate_exception|guard_acquire)|pthread_mutex_lock|std::__throw'
+forbidden='(^|[^A-Za-z0-9_])(malloc|calloc|realloc|free|posix_memalign|aligned_alloc)$|operator (new|delete)|__cxa_(throw|allocate_exception)|pthread_mutex_lock|std::__throw'
 failed=0
 for archive in $archives; do
   hits=$(nm -uC "$archive" | sed 's/^ *U //' | grep -E "$forbidden" | grep -v '(unsigned long, void\*)$' | sort -u || true)

@@ -15,7 +15,7 @@ MAY_INCLUDE = {
     "perception": ("platform/", "perception/"),
     "plan": ("platform/", "perception/", "plan/"),
     "ctrl": ("platform/", "perception/", "plan/", "ctrl/"),
-    "hil": ("platform/core/", "platform/can/", "hil/"),
+    "hil": ("platform/core/", "platform/can/", "hil/", "embedded/"),
 }
 JOINS_BOTH_SIDES = "hil/cli/"
 SYSTEM_HEADER = re.compile(
