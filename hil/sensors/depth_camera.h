@@ -37,7 +37,7 @@ class DepthCamera {
   /// The stamp of the next frame: sequence / rate. A caller renders when it has come.
   Time next_stamp() const;
 
-  /// Renders the next frame, seen from X_WS with the robot's links at X_WL. Some 3 ms.
+  /// Renders the next frame, seen from X_WS with the robot's links at X_WL. Some 2 ms of one core.
   void Render(const Isometry3d& X_WS, std::span<const Isometry3d> X_WL, DepthFrame& frame);
 
   /// The exact depth [m] along z_S for each pixel (infinity: nothing) and the cosine between ray

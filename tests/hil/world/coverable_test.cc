@@ -54,7 +54,7 @@ struct Probed {
 };
 
 constexpr CoverableConfig kFew{
-    .min_configurations = 2000, .max_configurations = 4000, .saturated_after = 500};
+    .min_configurations = 800, .max_configurations = 2000, .saturated_after = 300};
 
 // Oracle: the probe's place is known, P = (x, y, 0.35) with x, y in [0.1, 0.905] x [0, 2].
 TEST(ComputeCoverable, IsWhatTheProbeReachesOnThisSideOfTheFence) {
