@@ -29,7 +29,7 @@ struct ConstraintConfig {
   double d_safe_plane_m = 0.1;
   double d_safe_base_plane_m = 0.5;
   double d_safe_pipe_m = 0.075;  ///< plus the pipe's radius: distances to pipes are to the axis
-  double margin_m = 0.025;  // plans keep 0.03: room for tracking
+  double margin_m = 0.025;       // plans keep 0.03: room for tracking
   double voxel_margin_m = 0.02;
   double self_margin_m = 0.02;
 

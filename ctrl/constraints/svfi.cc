@@ -9,6 +9,8 @@
 namespace pipewright {
 namespace {
 
+constexpr double kNoDeviation = 1e-12;
+
 /// Q, q and c of VelocityCone for ∇f = K v + h. (Loops: Eigen's 3×k·k×k product could allocate.)
 template <int k>
 VelocityCone MakeCone(const Mat<k, 3>& K, const Vec<k>& h, const Mat<k, k>& sigma) {
@@ -44,10 +46,19 @@ double VelocityCone::Sigma(const Vector3d& v_WT) const {
 
 Vector3d VelocityCone::Gradient(const Vector3d& v_WT) const {
   const double sigma = Sigma(v_WT);
-  if (sigma < 1e-12) {
+  if (sigma < kNoDeviation) {
     return Vector3d::Zero();
   }
   return (Q * v_WT + q) / sigma;
+}
+
+Matrix3d VelocityCone::Curvature(const Vector3d& v_WT) const {
+  const double sigma = Sigma(v_WT);
+  if (sigma < kNoDeviation) {
+    return Matrix3d::Zero();
+  }
+  const Vector3d g = (Q * v_WT + q) / sigma;
+  return (Q - g * g.transpose()) / sigma;
 }
 
 double VelocityCone::UpperBound(const Vector3d& center, const Vector3d& radius) const {

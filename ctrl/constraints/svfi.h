@@ -22,6 +22,8 @@ struct VelocityCone {
   double Sigma(const Vector3d& v_WT) const;
   /// ∂σ_f/∂v; zero where σ_f is zero (there a subgradient).
   Vector3d Gradient(const Vector3d& v_WT) const;
+  /// ∂²σ_f/∂v² = (Q − gg')/σ_f with g the gradient: positive semidefinite.
+  Matrix3d Curvature(const Vector3d& v_WT) const;
   /// Upper bound of σ_f over |v_i − center_i| ≤ radius_i:  σ_f(center) + (Σ|Q_ij| r_i r_j)^½
   double UpperBound(const Vector3d& center, const Vector3d& radius) const;
 };

@@ -61,6 +61,7 @@ void ChanceQp::Pose(const QuadraticCost& cost, const ConstraintSet& set, SvfiMod
   }
   first_chance_ = i;
   for (const ChanceRow& row : set.chance) {
+    cone_[i] = i - first_chance_;
     switch (mode) {
       case SvfiMode::kExact:
         SetRow(i++, TangentCut(row, u0, set.z));
@@ -76,7 +77,7 @@ void ChanceQp::Pose(const QuadraticCost& cost, const ConstraintSet& set, SvfiMod
   qp_.rows = i;
 }
 
-void ChanceQp::SolveOnce(Answer& answer) {
+const Vec<kMaxRows>& ChanceQp::SolveOnce(Answer& answer) {
   const Controls zero = Controls::Zero();
   const auto& solution = solver_.Solve(qp_, &zero);
   ++answer.stats.rounds;
@@ -86,24 +87,51 @@ void ChanceQp::SolveOnce(Answer& answer) {
   }
   const bool usable = solution.status == QpStatus::kOptimal ||
                       (solution.status == QpStatus::kCapped && solution.hard_feasible);
-  answer.u = usable ? solution.x : zero;
+  // The box is exact: what the solver's tolerance leaves outside it is cut off.
+  answer.u = usable ? Controls(solution.x.cwiseMax(qp_.lb).cwiseMin(qp_.ub)) : zero;
+  return solution.lambda_rows;
 }
 
-/// Puts the tangents of the cones that u does not meet at u. How many.
-int ChanceQp::Recut(const ConstraintSet& set, const Controls& u) {
-  int unmet = 0;
+/// Whether u meets every cone. Soft ones: with the slack that was paid for.
+bool ChanceQp::Meets(const ConstraintSet& set, const Controls& u) const {
   int i = first_chance_;
   for (const ChanceRow& row : set.chance) {
-    const double excess = ChanceExcess(row, u, set.z);
-    const double cut_excess = std::max(qp_.A.row(i).dot(u) - qp_.hi[i], 0.0);
-    const double allowed = row.price > 0 ? cut_excess : 0;  // a soft row: what its slack paid for
-    if (excess > allowed + kConeTolerance_mps) {
-      SetRow(i, TangentCut(row, u, set.z));
-      ++unmet;
+    const double slack = row.price > 0 ? std::max(qp_.A.row(i).dot(u) - qp_.hi[i], 0.0) : 0;
+    if (ChanceExcess(row, u, set.z) > slack + kConeTolerance_mps) {
+      return false;
     }
     ++i;
   }
-  return unmet;
+  return true;
+}
+
+/// Poses the next QP about u: tangents there, and the curvature of the cones that the last answer
+/// leans on in the cost. When the rows are full, a hard cone's first tangent gives way.
+void ChanceQp::PoseAbout(const QuadraticCost& cost, const ConstraintSet& set, const Controls& u,
+                         const Vec<kMaxRows>& lambda) {
+  qp_.H = cost.H;
+  qp_.g = cost.g;
+  const int rows = qp_.rows;
+  for (int k = 0; k < set.chance.size(); ++k) {
+    const ChanceRow& row = set.chance[k];
+    double weight = 0;  // of all its cuts
+    for (int i = first_chance_; i < rows; ++i) {
+      weight += cone_[i] == k ? lambda[i] : 0;
+    }
+    const bool unmet = ChanceExcess(row, u, set.z) > 0;
+    if (unmet || weight > 0) {
+      const bool append = row.price == 0 && qp_.rows < kMaxRows;
+      const int i = append ? qp_.rows++ : first_chance_ + k;
+      SetRow(i, TangentCut(row, u, set.z));
+      cone_[i] = k;
+    }
+    if (weight > 0) {
+      const Mat<3, kControls> bent = row.cone.Curvature(row.J * u).lazyProduct(row.J);
+      const Mat<kControls, kControls> C = weight * set.z * row.J.transpose().lazyProduct(bent);
+      qp_.H += C;
+      qp_.g -= C * u;
+    }
+  }
 }
 
 int ChanceQp::FallBack(const ConstraintSet& set, const Controls& u) {
@@ -123,18 +151,21 @@ ChanceQp::Answer ChanceQp::Solve(const QuadraticCost& cost, const ConstraintSet&
                                  const Controls& u0) {
   Answer answer;
   Pose(cost, set, mode, u0);
-  SolveOnce(answer);
+  const Vec<kMaxRows>* lambda = &SolveOnce(answer);
   if (mode == SvfiMode::kExact) {
-    bool met = Recut(set, answer.u) == 0;
+    bool met = Meets(set, answer.u);
     while (!met && answer.stats.rounds < max_rounds_) {
-      SolveOnce(answer);
-      met = Recut(set, answer.u) == 0;
+      const Controls last = answer.u;
+      PoseAbout(cost, set, last, *lambda);
+      lambda = &SolveOnce(answer);
+      met =
+          Meets(set, answer.u) && (answer.u - last).squaredNorm() < kStepTolerance * kStepTolerance;
     }
-    if (!met) {
-      answer.stats.fallbacks = FallBack(set, answer.u);
-      if (answer.stats.fallbacks > 0) {
-        SolveOnce(answer);
-      }
+    answer.stats.fallbacks = met ? 0 : FallBack(set, answer.u);
+    if (answer.stats.fallbacks > 0) {
+      qp_.H = cost.H;
+      qp_.g = cost.g;
+      SolveOnce(answer);
     }
   }
   if (mode != SvfiMode::kPreviousVelocity) {  // that mode is as published: it may under-estimate

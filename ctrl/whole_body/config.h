@@ -31,18 +31,21 @@ struct WholeBodyConfig {
   double lambda_c = 1.2;
   double reached = 0.001;      ///< ‖x − x_d‖ of a goal that is reached
   double stall_s = 4;          ///< without change for this long: stalled
-  double stall_change = 1e-3;  ///< what counts as a change of ‖x − x_d‖ (or of the way done)
-  double give_up_s = 20;  ///< without a smaller ‖x − x_d‖ or progress on the way: stalled too
+  double stall_change = 3e-4;  ///< what counts as a change of ‖x − x_d‖ (or of the way done),
+  double smoothing_s = 0.5;    ///< after a first-order low-pass, for readings are quantised
+  double give_up_s = 12;  ///< without a smaller ‖x − x_d‖ or progress on the way: stalled too
   double settle = 0.05;   ///< at the path's end and this near, only the set point counts,
   double settle_s = 1;    ///< or so long after the reference arrived there
-  int svfi_rounds = 8;    ///< QPs solved at most in a cycle to meet the cones
+  double settle_1ps = 2;  ///< then u_n closes ‖x − x_d‖ at this rate, for λ_c resists
+  double settle_damping = 1e-3;  ///< of its pseudo-inverse
+  int svfi_rounds = 12;          ///< QPs solved at most in a cycle to meet the cones
 };
 
 constexpr bool Valid(const WholeBodyConfig& c) {
   return Valid(c.constraints) && Valid(c.follower) && c.kappa_1ps > 0 && c.lambda_c > 0 &&
          c.kappa_1ps * c.constraints.period_s < 1 && c.reached > 0 && c.stall_s > 0 &&
          c.stall_change > 0 && c.give_up_s >= c.stall_s && c.settle >= 0 && c.settle_s >= 0 &&
-         c.svfi_rounds >= 1;
+         c.smoothing_s >= 0 && c.settle_1ps >= 0 && c.settle_damping > 0 && c.svfi_rounds >= 1;
 }
 static_assert(Valid(WholeBodyConfig{}));
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "ctrl/whole_body/whole_body_controller.h"
 
+#include <Eigen/Cholesky>
 #include <cmath>
 
 namespace pipewright {
@@ -31,6 +32,14 @@ QuadraticCost Law(const Mat<6, kControls>& J, const Vec<6>& wanted, const Contro
   return cost;
 }
 
+/// −rate J'(JJ' + μI)⁻¹ x~
+Controls Closing(const Mat<6, kControls>& J, const Vec<6>& error, double rate, double damping) {
+  Mat<6, 6> gram = J.lazyProduct(J.transpose());
+  gram.diagonal().array() += damping;
+  const Vec<6> y = gram.llt().solve(error);
+  return -rate * (J.transpose() * y);
+}
+
 }  // namespace
 
 WholeBodyController::WholeBodyController(const WholeBodyConfig& config,
@@ -46,10 +55,11 @@ WholeBodyController::WholeBodyController(const WholeBodyConfig& config,
 void WholeBodyController::Take(const Goal& goal, const Configuration& q, Time now) {
   goal_id_ = goal.id;
   following_ = !goal.path.empty();
-  arrived_ = false;
+  arrived_ = settling_ = false;
   if (following_) {
     follower_.Start(q, goal.path);
   }
+  smooth_error_ = -1;
   held_error_ = best_error_ = 1e9;
   held_way_ = best_way_ = -1;
   changed_at_ = better_at_ = now;
@@ -57,11 +67,18 @@ void WholeBodyController::Take(const Goal& goal, const Configuration& q, Time no
 
 WholeBodyController::Reference WholeBodyController::MakeReference(const Goal& goal,
                                                                   const Configuration& q,
-                                                                  double error, Time now) {
+                                                                  const Mat<6, kControls>& J,
+                                                                  const Vec<6>& x, Time now) {
   Reference reference;
   reference.x_d = SetPoint(goal);
-  if (arrived_ && (error < config_.settle || ToSeconds(now - arrived_at_) >= config_.settle_s)) {
+  const Vec<6> error = x - reference.x_d;
+  if (arrived_ && following_ &&
+      (Norm(error) < config_.settle || ToSeconds(now - arrived_at_) >= config_.settle_s)) {
     following_ = false;
+    settling_ = true;
+  }
+  if (settling_) {
+    reference.u_n = Closing(J, error, config_.settle_1ps, config_.settle_damping);
   }
   if (!following_) {
     return reference;
@@ -85,13 +102,16 @@ GoalState WholeBodyController::Watch(double error, Time now) {
   }
   const double way = follower_.way();
   const double change = config_.stall_change;
-  if (std::abs(error - held_error_) > change || way > held_way_ + change) {
-    held_error_ = error;
+  const double period_s = config_.constraints.period_s;
+  const double weight = smooth_error_ < 0 ? 1 : period_s / (period_s + config_.smoothing_s);
+  smooth_error_ += weight * (error - smooth_error_);
+  if (std::abs(smooth_error_ - held_error_) > change || way > held_way_ + change) {
+    held_error_ = smooth_error_;
     held_way_ = way;
     changed_at_ = now;
   }
-  if (error < best_error_ - change || way > best_way_ + change) {
-    best_error_ = error < best_error_ ? error : best_error_;
+  if (smooth_error_ < best_error_ - change || way > best_way_ + change) {
+    best_error_ = smooth_error_ < best_error_ ? smooth_error_ : best_error_;
     best_way_ = way;
     better_at_ = now;
   }
@@ -130,12 +150,12 @@ ControlOutput WholeBodyController::Step(const ControlInput& input, Time now) {
   }
   const Vec<6> x = Sensor(kinematics);
   output.progress.error = Norm(x - SetPoint(input.goal));
-  const Reference reference = MakeReference(input.goal, state.q, output.progress.error, now);
+  const Mat<6, kControls> J = kinematics.SensorJacobian();
+  const Reference reference = MakeReference(input.goal, state.q, J, x, now);
   output.progress.state = Watch(output.progress.error, now);
 
   const Vec<6> wanted = reference.v_d - config_.kappa_1ps * (x - reference.x_d);
-  const QuadraticCost cost =
-      Law(kinematics.SensorJacobian(), wanted, reference.u_n, config_.lambda_c);
+  const QuadraticCost cost = Law(J, wanted, reference.u_n, config_.lambda_c);
   const ChanceQp::Answer answer = qp_.Solve(cost, constraints_, config_.constraints.svfi, u_sent_);
   output.u = u_sent_ = answer.u;
   output.stats.qp = answer.stats;

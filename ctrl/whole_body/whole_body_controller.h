@@ -39,8 +39,9 @@ struct ControlOutput {
 ///   x = [p_WS; z_WS],  x~ = x − x_d,  J 6×9
 ///
 /// Without a path x_d is the goal's and x_r' = u_n = 0: the published law. With one, x_d and its
-/// velocity x_r' are those of a reference that PathFollower moves, and u_n holds its posture; at
-/// the path's end the published law takes over.
+/// velocity x_r' are those of a reference that PathFollower moves, and u_n holds its posture. At
+/// the path's end x_d is the goal's, and u_n = −k J'(JJ' + μI)⁻¹ x~: with u_n = 0 the directions in
+/// which J is weak close at κσ²/(σ² + λ_c) only, tens of seconds to a millimetre.
 /// No goal, or a state that is not valid: u = 0.
 class WholeBodyController {
  public:
@@ -66,7 +67,8 @@ class WholeBodyController {
   };
 
   void Take(const Goal& goal, const Configuration& q, Time now);
-  Reference MakeReference(const Goal& goal, const Configuration& q, double error, Time now);
+  Reference MakeReference(const Goal& goal, const Configuration& q, const Mat<6, kControls>& J,
+                          const Vec<6>& x, Time now);
   GoalState Watch(double error, Time now);
 
   WholeBodyConfig config_;
@@ -80,8 +82,10 @@ class WholeBodyController {
 
   std::uint32_t goal_id_ = 0;
   bool following_ = false;  ///< the goal has a path that is not done
+  bool settling_ = false;   ///< the goal has a path that is done
   bool arrived_ = false;    ///< the reference is at the path's end
   Time arrived_at_{};
+  double smooth_error_ = 0;
   double held_error_ = 0;  ///< ‖x − x_d‖ and way when they last changed
   double held_way_ = 0;
   Time changed_at_{};

@@ -19,11 +19,6 @@ using test::RandomIn;
 const Vector3d kLo{-0.9, -0.9, 0};
 const Vector3d kHi{0.9, 0.9, 1.4};
 
-struct Built {
-  ConstraintSet set;
-  ConstraintConfig config;
-};
-
 void Build(const ConstraintConfig& config, const Configuration& q, const Controls& u_sent,
            const Scene& scene, const DistanceField& field, ConstraintSet& set) {
   const ConstraintBuilder builder(config, TracerUf7(), TracerUf7Shapes());
@@ -128,9 +123,9 @@ TEST(ConstraintBuilder, AnUnseenWorldAllowsNoMotion) {
 }
 
 TEST(ConstraintBuilder, TheBoxNeverLetsAJointPassItsLimit) {
+  const test::VoxelWorld world;
   for (int i = 0; i < 200; ++i) {
     Rng rng(3, i);
-    const test::VoxelWorld world;
     static ConstraintSet set;
     Configuration q = RandomConfiguration(rng);
     for (int step = 0; step < 5; ++step) {

@@ -141,6 +141,24 @@ TEST(TangentCut, NeverCutsOffWhatTheConeAllowsAndIsExactAtItsPoint) {
   }
 }
 
+TEST(VelocityCone, DerivativesAreThoseOfFiniteDifferences) {
+  for (int i = 0; i < 200; ++i) {
+    Rng rng(7, i);
+    const VelocityCone cone = RandomRow(rng).cone;
+    const Vector3d v = RandomIn(rng, kLo, kHi);
+    constexpr double kStep = 1e-5;
+    for (int k = 0; k < 3; ++k) {
+      const Vector3d step = kStep * Vector3d::Unit(k);
+      EXPECT_NEAR(cone.Gradient(v)(k), (cone.Sigma(v + step) - cone.Sigma(v - step)) / (2 * kStep),
+                  1e-8);
+      EXPECT_LT((cone.Curvature(v).col(k) -
+                 (cone.Gradient(v + step) - cone.Gradient(v - step)) / (2 * kStep))
+                    .norm(),
+                1e-6);
+    }
+  }
+}
+
 TEST(WorstCaseRow, NeverUnderestimatesWithinTheBox) {
   for (int i = 0; i < 500; ++i) {
     Rng rng(5, i);
