@@ -3,27 +3,13 @@
 
 #include <gtest/gtest.h>
 
-#include <cstdlib>
 #include <limits>
-#include <memory>
-#include <new>
+#include <numbers>
+#include <optional>
 
 #include "plan/motion/inverse_kinematics.h"
+#include "tests/plan/motion/allocation_count.h"
 #include "tests/plan/motion/cell.h"
-
-namespace {
-long allocations = 0;
-}  // namespace
-
-void* operator new(std::size_t size) {
-  ++allocations;
-  if (void* memory = std::malloc(size)) {
-    return memory;
-  }
-  throw std::bad_alloc();
-}
-void operator delete(void* memory) noexcept { std::free(memory); }
-void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
 
 namespace pipewright {
 namespace {
@@ -191,14 +177,14 @@ TEST_F(PlannerInCell, TheSameSeedGivesTheSamePath) {
 
 TEST_F(PlannerInCell, PlanningTakesNoMemory) {
   Rng rng(78);
-  const long before = allocations;
+  const long before = test::AllocationCount();
   int planned = 0;
   for (int trial = 0; trial < 40; ++trial) {
     const auto goal = RandomGoal(rng);
     planned += goal && planner_.Plan(cell_.around(), start_, *goal, rng, path_, &duration_s_) ==
                            Status::kOk;
   }
-  EXPECT_EQ(allocations, before);
+  EXPECT_EQ(test::AllocationCount(), before);
   EXPECT_GT(planned, 5);
 }
 
