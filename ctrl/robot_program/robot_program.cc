@@ -18,7 +18,8 @@ RobotProgram::RobotProgram(const RobotProgramConfig& config, const RobotModel<kA
       mapping_(config.mapping, robot),
       planning_(config.mission, config.mapping.map),
       surrounding_(Surrounding(config.mapping.map)),
-      snapshot_(MapSnapshot(config.mapping.map)) {
+      snapshot_(MapSnapshot(config.mapping.map)),
+      camera_timeout_(config.camera_timeout) {
   mapping_.Start(StartOf(config));
   surrounding_.Back().field = mapping_.field();
   surrounding_.Publish();

@@ -15,7 +15,8 @@ struct RobotProgramConfig {
   ControlTaskConfig control;
   MappingConfig mapping;
   MissionConfig mission;
-  ArmVector start_joints_rad = ArmVector::Zero();  ///< for the start bubble, before any feedback
+  ArmVector start_joints_rad = ArmVector::Zero();     ///< for the start bubble, before any feedback
+  Duration camera_timeout = std::chrono::seconds(1);  ///< without a frame that could be used
 };
 
 /// The program that runs on the robot: three tasks, each its own memory, that meet only in
@@ -38,8 +39,10 @@ class RobotProgram {
   /// Mapping thread.
   Status Map(const DepthFrame& frame);
 
-  /// Planning thread. After the mission has ended it asks the control task to stop.
+  /// Planning thread. After the mission has ended it asks the control task to stop. A camera that
+  /// stays silent is a device fault like any other.
   const MissionOutput& Plan(Time now);
+  bool camera_lost() const { return camera_lost_; }
 
   /// Any thread: bring the robot to rest and disable it.
   void RequestStop() { stop_requested_.store(true, std::memory_order_relaxed); }
@@ -72,6 +75,10 @@ class RobotProgram {
   std::atomic<bool> stop_requested_ = false;
   bool stopping_ = false;
   std::uint32_t goal_id_ = 0;
+  Duration camera_timeout_;
+  Time camera_seen_{};  // planning's: when the map last changed, or no frame could be used
+  Time map_stamp_{};
+  bool camera_lost_ = false;
   std::uint64_t send_failures_ = 0;
 };
 

@@ -75,8 +75,8 @@ void RunFolder::Trace(const ControlReport& report, const Plant& plant, const Cle
     Append(line, x);
   }
   fmt::format_to(std::back_inserter(line), ",{}", truth.contacts);
-  for (const double x : {report.stats.clearance.plane_m, report.stats.clearance.pipe_m, report.stats.clearance.self_m,
-                         report.stats.clearance.obstacle_m}) {
+  for (const double x : {report.stats.clearance.plane_m, report.stats.clearance.pipe_m,
+                         report.stats.clearance.self_m, report.stats.clearance.obstacle_m}) {
     Append(line, x);
   }
   fmt::format_to(std::back_inserter(line), ",{},{},{},{},{},{},{}\n", report.stats.rows,

@@ -22,6 +22,7 @@ namespace {
 using std::chrono_literals::operator""s;
 using WallClock = std::chrono::steady_clock;
 
+constexpr Duration kPlanPeriod = std::chrono::milliseconds(50);
 constexpr Duration kStopTimeout = 5s;  ///< for the robot to come to rest and be disabled
 
 double Microseconds(WallClock::time_point since) {
@@ -112,7 +113,8 @@ class VirtualRun {
  private:
   void Tick();
   void Cycle();
-  void SeeAndPlan();
+  void See();
+  void Plan();
   void Watch(const ControlReport& report);
   bool Done() const;
 
@@ -127,6 +129,7 @@ class VirtualRun {
   Duration period_;
   Time now_{};
   Time next_cycle_{};
+  Time next_plan_{};
   Time next_progress_{};
   std::optional<Time> stopping_since_;
   RunFigures figures_;
@@ -163,10 +166,13 @@ void VirtualRun::Cycle() {
   folder_.Trace(report, emulator_.plant(), clearance, program_->mapping().map().counts());
 }
 
-void VirtualRun::SeeAndPlan() {
+void VirtualRun::See() {
   emulator_.Render(*frame_);
   // A frame that comes before the robot knows where it is, is dropped and counted by the task.
   static_cast<void>(program_->Map(*frame_));
+}
+
+void VirtualRun::Plan() {
   const int steps = program_->planning().output().plan_steps;
   const WallClock::time_point start = WallClock::now();
   const MissionOutput& mission = program_->Plan(now_);
@@ -181,7 +187,11 @@ void VirtualRun::Tick() {
   wires_.AdvanceTo(now_, folder_);
   emulator_.Step(now_);
   if (emulator_.FrameDue(now_)) {
-    SeeAndPlan();
+    See();
+  }
+  if (now_ >= next_plan_) {
+    next_plan_ += kPlanPeriod;
+    Plan();
   }
   if (now_ >= next_cycle_) {
     next_cycle_ += period_;
@@ -226,8 +236,8 @@ nlohmann::ordered_json VirtualRun::Run() {
   }
   figures_.wall_s = 1e-6 * Microseconds(wall_start_);
   folder_.Map(program_->mapping().map());
-  const std::string detail =
-      StopDetail(program_->planning().output(), program_->control().report(), false);
+  const std::string detail = StopDetail(program_->planning().output(), program_->control().report(),
+                                        program_->camera_lost());
   return RunJson(options_, scenario_.name, *program_, emulator_, figures_, wires_.Figures(), now_,
                  detail);
 }
