@@ -65,8 +65,14 @@ Status RobotProgram::Map(const DepthFrame& frame) {
 
 const MissionOutput& RobotProgram::Plan(Time now) {
   const ControlReport& report = report_.Read();
-  const MissionOutput& output = planning_.Step(now, snapshot_.Read(), report.state, report.progress,
-                                               report.phase == ControlPhase::kFault);
+  const MapSnapshot& snapshot = snapshot_.Read();
+  if (!report.state.valid || snapshot.stamp != map_stamp_) {
+    camera_seen_ = now;
+    map_stamp_ = snapshot.stamp;
+  }
+  camera_lost_ = camera_lost_ || now - camera_seen_ > camera_timeout_;
+  const bool fault = camera_lost_ || report.phase == ControlPhase::kFault;
+  const MissionOutput& output = planning_.Step(now, snapshot, report.state, report.progress, fault);
   if (planning_.goal().id != goal_id_) {
     goal_id_ = planning_.goal().id;
     goal_.Write(planning_.goal());
