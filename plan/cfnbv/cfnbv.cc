@@ -31,6 +31,10 @@ constexpr double kMissChance = 0.01;
 constexpr double kWayStep_s = 0.2;
 constexpr int kStepsPerLook = 5;
 
+bool NothingLeft(const PlanNumbers& n) {
+  return n.unknown_targets == 0 && n.uncovered_targets == 0 && n.surface_targets == 0;
+}
+
 double StallFactor(int stalls) { return stalls == 0 ? 1 : kOneStallFactor; }
 
 }  // namespace
@@ -49,6 +53,7 @@ struct Cfnbv::Candidate {
 struct Cfnbv::Memory {
   Memory(const CfnbvConfig& config, const MapConfig& map)
       : gains(config.gain, map),
+        surface(map),
         motion(config.motion),
         camera(LatticeCameraRays(config.gain)),
         failures(gains.workspace_voxels(), config.tries_per_voxel, config.stall_radius_m) {
@@ -56,6 +61,9 @@ struct Cfnbv::Memory {
   }
 
   GainEvaluator gains;
+  PipeSurface surface;
+  Vector3d passed[kMaxPassed];  ///< places of the probe since the last plan
+  int passed_count = 0;         ///< ever; the newest kMaxPassed are held
   MotionPlanner motion;
   RaySet camera;
   Failures failures;
@@ -102,9 +110,41 @@ void Cfnbv::NoteOutcome(const PlanInput& input) {
   }
 }
 
+void Cfnbv::Passed(const Configuration& q) {
+  constexpr double kApart_m = 0.02;
+  Memory& m = *memory_;
+  const Vector3d p_WP = ViewpointOf(q).p_WP;
+  const int last = (m.passed_count + kMaxPassed - 1) % kMaxPassed;
+  if (m.passed_count == 0 || (m.passed[last] - p_WP).norm() >= kApart_m) {
+    m.passed[m.passed_count % kMaxPassed] = p_WP;
+    m.passed_count = m.passed_count + 1 < 2 * kMaxPassed ? m.passed_count + 1 : kMaxPassed;
+  }
+}
+
+/// Marks the surface that the probe met since the last plan. `gains` must be fresh.
+void Cfnbv::NotePassed(const PlanInput& input, PlanStep& step) {
+  Memory& m = *memory_;
+  Passed(input.q);
+  if (m.surface.Update(input.scene, config_.surface_frames) != Status::kOk) {
+    step.status = Status::kFull;
+  }
+  for (const SurfacePatch& patch : m.surface.patches()) {
+    for (int i = 0; i < std::min(m.passed_count, kMaxPassed); ++i) {
+      if (m.gains.SurfaceMet(m.passed[i], patch)) {
+        m.surface.MarkMet(patch);
+        break;
+      }
+    }
+  }
+  m.passed_count = 0;
+  static_cast<void>(m.surface.Update(input.scene, config_.surface_frames));
+}
+
 void Cfnbv::Refresh(const VoxelGrid& map) {
-  memory_->failures.Refresh();
-  memory_->gains.Update(map, memory_->failures.Ignored());
+  Memory& m = *memory_;
+  m.failures.Refresh();
+  m.gains.Update(map, m.failures.Ignored());
+  m.gains.SetSurface(m.surface.patches());
 }
 
 /// Gains and scores of the candidates. @returns how many are worth the way
@@ -225,12 +265,12 @@ void Cfnbv::Keep() {
   }
 }
 
-void Cfnbv::Start(const PlanInput& input, PlanStep& step) {
+void Cfnbv::CountTargets(const PlanInput& input, PlanStep& step) {
   Memory& m = *memory_;
-  m.residual.clear();
   const MapCounts& counts = input.map.counts();
   step.numbers.unknown_targets = static_cast<int>(m.gains.Unknown().size());
   step.numbers.uncovered_targets = static_cast<int>(m.gains.Uncovered().size());
+  step.numbers.surface_targets = static_cast<int>(m.surface.patches().size());
   step.numbers.given_up = counts.occupied - counts.covered - step.numbers.uncovered_targets;
 }
 
@@ -251,7 +291,7 @@ void Cfnbv::Propose(const PlanInput& input, Rng& rng, bool with_kept, PlanStep& 
   for (int i = 0; with_kept && i < m.kept.size(); ++i) {
     take(checker.Free(m.kept[i]) ? std::optional(m.kept[i]) : std::nullopt, CandidateKind::kKept);
   }
-  Proposer proposer(checker, m.gains, input.q, rng);
+  Proposer proposer(checker, m.gains, m.surface.patches(), input.q, rng);
   const std::pair<CandidateKind, int> draws[] = {
       {CandidateKind::kUncovered, config_.uncovered_candidates},
       {CandidateKind::kUnknown, config_.unknown_candidates},
@@ -269,9 +309,7 @@ void Cfnbv::Propose(const PlanInput& input, Rng& rng, bool with_kept, PlanStep& 
 void Cfnbv::Finish(const PlanInput& input, PlanStep& step) {
   const MapCounts& counts = input.map.counts();
   const int tested = step.numbers.tested;
-  const bool nothing_left =
-      step.numbers.unknown_targets == 0 && step.numbers.uncovered_targets == 0;
-  const bool enough = nothing_left || tested >= kTestsShare * config_.stop_tests;
+  const bool enough = NothingLeft(step.numbers) || tested >= kTestsShare * config_.stop_tests;
   const int known = counts.free + counts.occupied;
   if (tested > 0) {
     step.numbers.share_bound = 1 - std::pow(kMissChance, 1.0 / tested);
@@ -299,12 +337,14 @@ void Cfnbv::Finish(const PlanInput& input, PlanStep& step) {
 PlanStep Cfnbv::Plan(const PlanInput& input, Rng& rng) {
   Memory& m = *memory_;
   PlanStep step;
+  m.residual.clear();
   Refresh(input.map);
+  NotePassed(input, step);
   NoteOutcome(input);
   Refresh(input.map);
-  Start(input, step);
+  CountTargets(input, step);
 
-  const bool nothing_left = m.gains.Unknown().empty() && m.gains.Uncovered().empty();
+  const bool nothing_left = NothingLeft(step.numbers);
   int pathless_rounds = 0;
   for (int round = 0; round < config_.rounds && !nothing_left; ++round) {
     Propose(input, rng, round == 0, step);

@@ -32,6 +32,7 @@ struct CfnbvConfig {
   int room_goals = 12;
   int stop_unknown = 4;     ///< a view of fewer unknown voxels than this, and
   int stop_uncovered = 1;   ///< of fewer uncovered ones than this, is not worth the way
+  int surface_frames = 5;   ///< pipes seen in so many frames say where surface is, see PipeSurface
   int stop_tests = 400;     ///< reachable views that must be below it in a row before kComplete
   int tries_per_voxel = 3;  ///< views of a voxel that may fail before it is given up
   int forget_voxels = 50;   ///< so much new knowledge, and what had no path is tried again
@@ -78,6 +79,10 @@ class Cfnbv {
 
   PlanStep Plan(const PlanInput& input, Rng& rng);
 
+  /// Notes where the robot is, for what the probe meets on its way. Microseconds; any rate. Of more
+  /// than kMaxPassed places between two plans the oldest are forgotten.
+  void Passed(const Configuration& q);
+
   /// Unknown voxels that the last Plan() gave up; the map's owner is to mark them residual.
   std::span<const VoxelIndex> NewResidual() const;
 
@@ -85,9 +90,12 @@ class Cfnbv {
   struct Candidate;
   struct Memory;
 
+  static constexpr int kMaxPassed = 1024;
+
   void NoteOutcome(const PlanInput& input);
+  void NotePassed(const PlanInput& input, PlanStep& step);
   void Refresh(const VoxelGrid& map);
-  void Start(const PlanInput& input, PlanStep& step);
+  void CountTargets(const PlanInput& input, PlanStep& step);
   void Propose(const PlanInput& input, Rng& rng, bool with_kept, PlanStep& step);
   int Evaluate(const PlanInput& input);
   ViewGain WayGain(const MotionPlanner::Path& path);

@@ -21,6 +21,12 @@ constexpr double kToolRoom_m = 0.07;  ///< an aimed sensor keeps at least this t
 constexpr double kBaseReach_m = 0.8;  ///< the base is tried this far around a target
 constexpr double kJointMargin_rad = 0.05;
 constexpr int kStandpointDraws = 8;
+constexpr double kHoldBaseShare = 0.4;    ///< of the aimed draws
+constexpr double kOtherStandShare = 0.4;  ///< of those that may move the base
+constexpr double kSurfaceShare = 0.5;     ///< patches beside uncovered voxels
+constexpr double kCameraSpread = 0.1;     ///< of the axis about the target, rad
+constexpr double kProbeSpread = 0.5;      ///< the probe sees all around
+constexpr double kFacingSpread = 0.8;
 
 /// Aimed at a surface the probe must be within its radius; P lies 45 mm beside S.
 constexpr double kProbeDistanceMin_m = 0.15;
@@ -81,44 +87,75 @@ std::optional<Configuration> Proposer::Far() {
   return checker_.Free(q) ? std::optional(q) : std::nullopt;
 }
 
-/// A point that is no obstacle's, in sight of the target at a distance within the bounds.
-std::optional<Vector3d> Proposer::Standpoint(const VoxelIndex& target, double distance_min_m,
-                                             double distance_max_m) {
+/// The tool would fit here.
+bool Proposer::HasRoom(const Vector3d& p_W) const {
   const VoxelGrid& map = checker_.around().map;
-  const Vector3d center = map.Center(target);
+  return !map.Obstacle(map.VoxelOf(p_W)) && checker_.around().field.Distance(p_W) >= kToolRoom_m;
+}
+
+/// A configuration with the sensor at from_W, looking towards at_W or about `spread` rad beside.
+std::optional<Configuration> Proposer::Look(const Vector3d& from_W, const Vector3d& at_W,
+                                            double spread) {
+  const Vector3d toward = (at_W - from_W).normalized();
+  const SensorTarget sensor{from_W, (toward + spread * RandomVector()).normalized()};
+  const ReachConfig reach{.hold_base = rng_.Uniform() < kHoldBaseShare, .attempts = 2};
+  Configuration seed = q_;
+  if (!reach.hold_base && rng_.Uniform() < kOtherStandShare) {
+    seed = Somewhere();
+    seed(0) = from_W.x() + rng_.Uniform(-kBaseReach_m, kBaseReach_m);
+    seed(1) = from_W.y() + rng_.Uniform(-kBaseReach_m, kBaseReach_m);
+  }
+  return Reach(checker_, sensor, seed, rng_, reach);
+}
+
+std::optional<Configuration> Proposer::AtFrontier() {
+  const std::span<const VoxelIndex> frontier = gains_.Frontier();
+  if (frontier.empty()) {
+    return std::nullopt;
+  }
+  const VoxelIndex target = frontier[Pick(frontier.size())];
+  const Vector3d center = checker_.around().map.Center(target);
   for (int i = 0; i < kStandpointDraws; ++i) {
-    const Vector3d away = RandomVector().normalized();
-    const Vector3d p_W = center + rng_.Uniform(distance_min_m, distance_max_m) * away;
-    if (!map.Obstacle(map.VoxelOf(p_W)) && gains_.InSight(p_W, target) &&
-        checker_.around().field.Distance(p_W) >= kToolRoom_m) {
-      return p_W;
+    const double distance_m = rng_.Uniform(kCameraDistanceMin_m, kCameraDistanceMax_m);
+    const Vector3d p_W = center + distance_m * RandomVector().normalized();
+    if (HasRoom(p_W) && gains_.InSight(p_W, target)) {
+      return Look(p_W, center, kCameraSpread);
     }
   }
   return std::nullopt;
 }
 
-std::optional<Configuration> Proposer::At(std::span<const VoxelIndex> targets,
-                                          double distance_min_m, double distance_max_m,
-                                          double axis_spread) {
-  if (targets.empty()) {
+std::optional<Configuration> Proposer::AtUncovered() {
+  const std::span<const VoxelIndex> uncovered = gains_.Uncovered();
+  if (uncovered.empty() || (!surface_.empty() && rng_.Uniform() < kSurfaceShare)) {
+    return AtSurface();
+  }
+  const VoxelIndex target = uncovered[Pick(uncovered.size())];
+  const Vector3d center = checker_.around().map.Center(target);
+  for (int i = 0; i < kStandpointDraws; ++i) {
+    const double distance_m = rng_.Uniform(kProbeDistanceMin_m, kProbeDistanceMax_m);
+    const Vector3d p_W = center + distance_m * RandomVector().normalized();
+    if (HasRoom(p_W) && gains_.InSight(p_W, target)) {
+      return Look(p_W, center, kProbeSpread);
+    }
+  }
+  return std::nullopt;
+}
+
+std::optional<Configuration> Proposer::AtSurface() {
+  if (surface_.empty()) {
     return std::nullopt;
   }
-  const VoxelIndex target =
-      targets[static_cast<std::size_t>(rng_.Index(static_cast<int>(targets.size())))];
-  const std::optional<Vector3d> p_WS = Standpoint(target, distance_min_m, distance_max_m);
-  if (!p_WS) {
-    return std::nullopt;
+  const SurfacePatch& patch = surface_[Pick(surface_.size())];
+  for (int i = 0; i < kStandpointDraws; ++i) {
+    const double distance_m = rng_.Uniform(kProbeDistanceMin_m, kProbeDistanceMax_m);
+    const Vector3d away = (patch.n_W + kFacingSpread * RandomVector()).normalized();
+    const Vector3d p_W = patch.p_W + distance_m * away;
+    if (HasRoom(p_W) && gains_.SurfaceMet(p_W, patch)) {
+      return Look(p_W, patch.p_W, kProbeSpread);
+    }
   }
-  const Vector3d toward = (checker_.around().map.Center(target) - *p_WS).normalized();
-  SensorTarget sensor{*p_WS, (toward + axis_spread * RandomVector()).normalized()};
-  ReachConfig reach{.hold_base = rng_.Uniform() < 0.4, .attempts = 2};
-  Configuration seed = q_;
-  if (!reach.hold_base && rng_.Uniform() < 0.4) {
-    seed = Somewhere();
-    seed(0) = p_WS->x() + rng_.Uniform(-kBaseReach_m, kBaseReach_m);
-    seed(1) = p_WS->y() + rng_.Uniform(-kBaseReach_m, kBaseReach_m);
-  }
-  return Reach(checker_, sensor, seed, rng_, reach);
+  return std::nullopt;
 }
 
 std::optional<Configuration> Proposer::Draw(CandidateKind kind) {
@@ -128,9 +165,9 @@ std::optional<Configuration> Proposer::Draw(CandidateKind kind) {
     case CandidateKind::kFar:
       return Far();
     case CandidateKind::kUnknown:
-      return At(gains_.Frontier(), kCameraDistanceMin_m, kCameraDistanceMax_m, 0.1);
+      return AtFrontier();
     case CandidateKind::kUncovered:
-      return At(gains_.Uncovered(), kProbeDistanceMin_m, kProbeDistanceMax_m, 0.5);
+      return AtUncovered();
     case CandidateKind::kUniform:
     case CandidateKind::kKept:
       return std::nullopt;

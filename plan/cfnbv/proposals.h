@@ -15,9 +15,9 @@ Viewpoint ViewpointOf(const Configuration& q);
 /// Draws collision-free configurations worth a look. What it is given must outlive it.
 class Proposer {
  public:
-  Proposer(const CollisionChecker& checker, const GainEvaluator& gains, const Configuration& q,
-           Rng& rng)
-      : checker_(checker), gains_(gains), q_(q), rng_(rng) {}
+  Proposer(const CollisionChecker& checker, const GainEvaluator& gains,
+           std::span<const SurfacePatch> surface, const Configuration& q, Rng& rng)
+      : checker_(checker), gains_(gains), surface_(surface), q_(q), rng_(rng) {}
 
   /// One draw of a kind; nothing when it is not free, has no solution or no target.
   std::optional<Configuration> Draw(CandidateKind kind);
@@ -25,16 +25,19 @@ class Proposer {
  private:
   std::optional<Configuration> Near();
   std::optional<Configuration> Far();
-  std::optional<Configuration> At(std::span<const VoxelIndex> targets, double distance_min_m,
-                                  double distance_max_m, double axis_spread);
-  std::optional<Vector3d> Standpoint(const VoxelIndex& target, double distance_min_m,
-                                     double distance_max_m);
+  std::optional<Configuration> AtFrontier();
+  std::optional<Configuration> AtUncovered();
+  std::optional<Configuration> AtSurface();
+  std::optional<Configuration> Look(const Vector3d& from_W, const Vector3d& at_W, double spread);
+  bool HasRoom(const Vector3d& p_W) const;
+  int Pick(std::size_t count) { return rng_.Index(static_cast<int>(count)); }
   Configuration Somewhere();
   Configuration WithJointNoise(Configuration q, double sigma_rad);
   Vector3d RandomVector();
 
   const CollisionChecker& checker_;
   const GainEvaluator& gains_;
+  const std::span<const SurfacePatch> surface_;
   const Configuration q_;
   Rng& rng_;
 };

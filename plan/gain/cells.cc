@@ -20,6 +20,7 @@ GainEvaluator::Cells::Cells(const MapConfig& config)
       workspace_voxels(Count(config.workspace_lo, config.workspace_hi)),
       flags(static_cast<std::size_t>(nx * ny * nz), kBorder),
       stamps(flags.size(), 0),
+      probe_stamps(flags.size(), 0),
       workspace_index(flags.size(), -1) {
   const VoxelIndex& lo = map.workspace_lo;
   const VoxelIndex& hi = map.workspace_hi;
@@ -58,6 +59,7 @@ bool GainEvaluator::Cells::InSight(const Vector3d& origin, const Vector3d& way, 
 void GainEvaluator::Cells::NewStamp() {
   if (++stamp == 0) {
     std::fill(stamps.begin(), stamps.end(), 0U);
+    std::fill(probe_stamps.begin(), probe_stamps.end(), 0U);
     stamp = 1;
   }
 }

@@ -22,7 +22,8 @@ struct GainEvaluator::Cells {
     kUncovered = 8,  ///< in W, occupied, counted
     kBorder = 16,    ///< outside the stored box
     kFree = 32,
-    kRoom = 64,  ///< unknown, outside W
+    kRoom = 64,      ///< unknown, outside W
+    kIgnored = 128,  ///< in W, not counted
   };
 
   explicit Cells(const MapConfig& config);
@@ -79,11 +80,13 @@ struct GainEvaluator::Cells {
   int workspace_voxels;
   std::vector<std::uint8_t> flags;
   std::vector<std::uint32_t> stamps;
+  std::vector<std::uint32_t> probe_stamps;    ///< of what the probe covers: a voxel may be both
   std::vector<std::int32_t> workspace_index;  ///< of a cell; -1 outside W
   std::uint32_t stamp = 0;
   std::vector<VoxelIndex> unknown;
   std::vector<VoxelIndex> frontier;
   std::vector<VoxelIndex> uncovered;
+  std::span<const SurfacePatch> surface;
 };
 
 template <typename Visit>

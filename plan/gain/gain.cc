@@ -38,6 +38,7 @@ void GainEvaluator::Update(const VoxelGrid& map, std::span<const std::uint8_t> i
         const bool inside = in_workspace >= 0;
         const bool counted = inside && (ignored.empty() || ignored[in_workspace] == 0);
         int flags = inside ? Cells::kInWorkspace : 0;
+        flags |= inside && !counted ? Cells::kIgnored : 0;
         switch (map.State(v)) {
           case VoxelState::kFree:
             flags |= Cells::kFree;
@@ -55,7 +56,25 @@ void GainEvaluator::Update(const VoxelGrid& map, std::span<const std::uint8_t> i
       }
     }
   }
+  c.surface = {};
   CollectLists();
+}
+
+void GainEvaluator::SetSurface(std::span<const SurfacePatch> patches) { cells_->surface = patches; }
+
+bool GainEvaluator::SurfaceMet(const Vector3d& p_WP, const SurfacePatch& patch) const {
+  constexpr double kGrazing = 0.05;  // cosine of the flattest angle that counts
+  constexpr double kOwnCells = 1.5;  // the surface's own voxels do not hide it
+  const Cells& c = *cells_;
+  const Vector3d way = patch.p_W - p_WP;
+  const double distance_m = way.norm();
+  const Vector3d origin = c.InCells(p_WP);
+  if (!(distance_m <= config_.probe_radius_m) || !c.InBox(origin) ||
+      -patch.n_W.dot(way) < kGrazing * distance_m) {
+    return false;
+  }
+  const double cells = distance_m / c.map.width_m;
+  return cells <= kOwnCells || !c.Blocked(origin, way / distance_m, cells - kOwnCells);
 }
 
 void GainEvaluator::CollectLists() {
@@ -130,9 +149,17 @@ void GainEvaluator::SearchUncovered(const Vector3d& p_WP, Found found) {
   for (const VoxelIndex& v : c.uncovered) {
     const Vector3d way = c.CenterInCells(v) - origin;
     const int cell = c.Index(v);
-    if (way.squaredNorm() <= radius * radius && c.stamps[cell] != c.stamp &&
+    if (way.squaredNorm() <= radius * radius && c.probe_stamps[cell] != c.stamp &&
         c.InSight(origin, way, cell)) {
-      c.stamps[cell] = c.stamp;
+      c.probe_stamps[cell] = c.stamp;
+      found(cell);
+    }
+  }
+  for (const SurfacePatch& patch : c.surface) {
+    const int cell = c.Index(patch.voxel);
+    if (c.probe_stamps[cell] != c.stamp && (c.flags[cell] & Cells::kIgnored) == 0 &&
+        SurfaceMet(p_WP, patch)) {
+      c.probe_stamps[cell] = c.stamp;
       found(cell);
     }
   }
@@ -237,7 +264,7 @@ int GainEvaluator::workspace_voxels() const { return cells_->workspace_voxels; }
 std::size_t GainEvaluator::MemoryBytes() const {
   const Cells& c = *cells_;
   const std::size_t per_cell =
-      sizeof(c.flags[0]) + sizeof(c.stamps[0]) + sizeof(c.workspace_index[0]);
+      sizeof(c.flags[0]) + 2 * sizeof(c.stamps[0]) + sizeof(c.workspace_index[0]);
   return sizeof(Cells) + c.flags.size() * per_cell +
          3 * static_cast<std::size_t>(c.workspace_voxels) * sizeof(VoxelIndex);
 }

@@ -6,14 +6,13 @@
 #include <memory>
 #include <span>
 
+#include "plan/gain/surface.h"
 #include "platform/core/fixed_vector.h"
 #include "platform/core/frames.h"
 #include "platform/core/rng.h"
 
 namespace pipewright {
 
-struct MapConfig;
-struct VoxelIndex;
 class VoxelGrid;
 
 /// The sensors as the planner believes them, and the weight between their tasks.
@@ -101,6 +100,15 @@ class GainEvaluator {
   /// W with ignored[WorkspaceIndex] != 0 are not counted and not listed; empty: none.
   void Update(const VoxelGrid& map, std::span<const std::uint8_t> ignored = {});
 
+  /// Surface to be covered beside the map's own: the voxels of these patches count as uncovered
+  /// from where a patch is met (see SurfaceMet). Until the next Update(); the patches must outlive
+  /// it.
+  void SetSurface(std::span<const SurfacePatch> patches);
+
+  /// Whether a probe at p_WP meets the patch: within its radius, on the side that the patch faces,
+  /// with no occupied voxel in sight's way but within 1.5 voxels of the patch.
+  bool SurfaceMet(const Vector3d& p_WP, const SurfacePatch& patch) const;
+
   /// Unknown, counted voxels of W that share a face with a free one, and uncovered ones; z slowest.
   std::span<const VoxelIndex> Frontier() const;
   std::span<const VoxelIndex> Uncovered() const;
@@ -115,7 +123,7 @@ class GainEvaluator {
 
   /// Visual gain over `camera`, distinct; the coverage gain counts every uncovered voxel whose
   /// centre lies within the probe's radius of p_WP with no other occupied voxel before it: what
-  /// VoxelGrid::MarkCovered would mark. Deterministic.
+  /// VoxelGrid::MarkCovered would mark, and every voxel of which a surface patch is met.
   ViewGain EvaluateExact(const Viewpoint& view, const RaySet& camera);
 
   /// The same for a sequence of views, each counting only what the others before it do not: what a

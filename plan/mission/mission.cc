@@ -59,6 +59,9 @@ MissionOutput Mission::Step(const MissionInput& input, Time now) {
   } else if (now - begin_ > config_.mission_timeout) {
     End(MissionState::kDone, StopReason::kTimeout);
   }
+  if (Cfnbv* cfnbv = std::get_if<Cfnbv>(&planner_); cfnbv != nullptr && input.robot.valid) {
+    cfnbv->Passed(input.robot.q);
+  }
   switch (out_.state) {
     case MissionState::kStart:
       StartStep(input, now);

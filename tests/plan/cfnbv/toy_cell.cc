@@ -85,7 +85,7 @@ Configuration ToyCell::StartPose() {
 }
 
 ToyCell::ToyCell(std::vector<ToyPipe> pipes)
-    : map(Config()), field(Config()), pipes_(std::move(pipes)) {
+    : map(Config()), field(Config()), pipes_(std::move(pipes)), estimate_(pipes_.size(), -1) {
   covered_.assign(static_cast<std::size_t>(map.voxel_count()), 0);
   for (const ToyPipe& pipe : pipes_) {
     const Vector3d e1 = pipe.l_W.unitOrthogonal();
@@ -104,13 +104,36 @@ ToyCell::ToyCell(std::vector<ToyPipe> pipes)
   }
 }
 
-double ToyCell::Cast(const Vector3d& origin, const Vector3d& direction) const {
+double ToyCell::Cast(const Vector3d& origin, const Vector3d& direction, int* pipe) const {
   double t = std::min({CastHall(origin, direction), CastWall(origin, direction, 0, kCell_m),
                        CastWall(origin, direction, 1, 0), CastWall(origin, direction, 1, kCell_m)});
-  for (const ToyPipe& pipe : pipes_) {
-    t = std::min(t, CastPipe(origin, direction, pipe));
+  for (std::size_t i = 0; i < pipes_.size(); ++i) {
+    const double t_pipe = CastPipe(origin, direction, pipes_[i]);
+    if (t_pipe < t && pipe != nullptr) {
+      *pipe = static_cast<int>(i);
+    }
+    t = std::min(t, t_pipe);
   }
   return t;
+}
+
+/// An estimate without error, as far as the pipe was seen.
+void ToyCell::See(int pipe, const Vector3d& p_W) {
+  const ToyPipe& truth = pipes_[pipe];
+  const double along_m = (p_W - truth.p_W).dot(truth.l_W);
+  if (estimate_[pipe] < 0) {
+    PipeEstimate estimate;
+    estimate.p_W = truth.p_W;
+    estimate.l_W = truth.l_W;
+    estimate.radius_m = truth.radius_m;
+    estimate.extent_lo_m = along_m;
+    estimate.extent_hi_m = along_m;
+    estimate_[pipe] = scene.pipes.push_back(estimate) ? scene.pipes.size() - 1 : -1;
+  }
+  PipeEstimate& estimate = scene.pipes[estimate_[pipe]];
+  ++estimate.frames_seen;
+  estimate.extent_lo_m = std::min(estimate.extent_lo_m, along_m);
+  estimate.extent_hi_m = std::max(estimate.extent_hi_m, along_m);
 }
 
 void ToyCell::Sweep(const Configuration& q, double inflate_m) {
@@ -145,9 +168,14 @@ void ToyCell::Look(const Configuration& q) {
     const double x = x_max * (2 * ((i % kColumns) + 0.5) / kColumns - 1);
     const double y = y_max * (2 * ((i / kColumns) + 0.5) / kRows - 1);
     const Vector3d direction = X_WS.linear() * Vector3d(x, y, 1);  // t is then the depth
-    const double depth = Cast(X_WS.translation(), direction);
+    int pipe = -1;
+    const double depth = Cast(X_WS.translation(), direction, &pipe);
+    const Vector3d p_W = X_WS.translation() + depth * direction;
     if (depth >= kRangeMin_m && depth <= kRangeMax_m) {
-      points.push_back((X_WS.translation() + depth * direction).cast<float>());
+      points.push_back(p_W.cast<float>());
+    }
+    if (depth >= kRangeMin_m && depth <= kRangeMax_m && pipe >= 0) {
+      See(pipe, p_W);
     }
   }
   map.InsertScan(points.data(), static_cast<int>(points.size()),
@@ -168,7 +196,8 @@ void ToyCell::CoverTruth(const Vector3d& p_WP) {
   }
 }
 
-double ToyCell::Follow(const Goal& goal, Configuration& q) {
+double ToyCell::Follow(const Goal& goal, Configuration& q,
+                       const std::function<void(const Configuration&)>& visit) {
   double seconds = 0;
   for (int i = 0; i + 1 < goal.path.size(); ++i) {
     const Edge edge(goal.path[i], goal.path[i + 1], SpeedsOf(TracerUf7()));
@@ -176,6 +205,9 @@ double ToyCell::Follow(const Goal& goal, Configuration& q) {
     for (int k = 1; k <= steps; ++k) {
       q = edge.At(static_cast<double>(k) / steps);
       Look(q);
+      if (visit) {
+        visit(q);
+      }
     }
     seconds += edge.duration_s();
   }
@@ -183,17 +215,18 @@ double ToyCell::Follow(const Goal& goal, Configuration& q) {
 }
 
 std::vector<int> ToyCell::Missed() const {
-  std::set<int> m;
-  for (int v : surface_voxel_)
-    if (covered_[v] == 0) m.insert(v);
-  return {m.begin(), m.end()};
+  std::set<int> missed;
+  for (const int voxel : surface_voxel_) {
+    if (covered_[voxel] == 0) {
+      missed.insert(voxel);
+    }
+  }
+  return {missed.begin(), missed.end()};
 }
 
 double ToyCell::TruthCoverage() const {
   const std::set<int> all(surface_voxel_.begin(), surface_voxel_.end());
-  const auto covered =
-      std::count_if(all.begin(), all.end(), [&](int voxel) { return covered_[voxel] != 0; });
-  return static_cast<double>(covered) / static_cast<double>(all.size());
+  return 1 - static_cast<double>(Missed().size()) / static_cast<double>(all.size());
 }
 
 }  // namespace pipewright::test

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <functional>
 #include <vector>
 
 #include "perception/map/distance_field.h"
@@ -35,22 +36,25 @@ class ToyCell {
   void Look(const Configuration& q);
 
   /// Follows the path to its end, looking about ten times a second. @returns seconds taken
-  double Follow(const Goal& goal, Configuration& q);
+  double Follow(const Goal& goal, Configuration& q,
+                const std::function<void(const Configuration&)>& visit = {});
 
-  /// Share of the pipe voxels within W that a probe somewhere could see and that are covered.
+  /// Share of W's voxels that hold true pipe surface of which the probe has truly seen some.
   double TruthCoverage() const;
-  std::vector<int> Missed() const;
+  std::vector<int> Missed() const;  ///< the others, as indices of the map
 
   VoxelGrid map;
   DistanceField field;
   Scene scene;
 
  private:
-  double Cast(const Vector3d& origin, const Vector3d& direction) const;
+  double Cast(const Vector3d& origin, const Vector3d& direction, int* pipe = nullptr) const;
+  void See(int pipe, const Vector3d& p_W);
   void Sweep(const Configuration& q, double inflate_m);
   void CoverTruth(const Vector3d& p_WP);
 
   std::vector<ToyPipe> pipes_;
+  std::vector<int> estimate_;      ///< of a pipe in the scene; -1: not seen yet
   std::vector<Vector3d> surface_;  ///< a sample point each
   std::vector<int> surface_voxel_;
   std::vector<char> covered_;  ///< by voxel of the map
