@@ -33,6 +33,7 @@ double SquaredDistanceToBox(const Vector3d& p, const Vector3d& center, double ha
 }
 
 constexpr unsigned kSweptCode = 1;
+constexpr float kSolidHits = 1.5F;  // more than one hit above what misses took away
 
 }  // namespace
 
@@ -63,6 +64,7 @@ VoxelGrid::VoxelGrid(const MapConfig& config)
   codes_.resize(voxels / 32 + 1);
   flags_.resize(voxels / 64 + 1);
   marks_.resize(voxels / 64 + 1);
+  solid_.resize(voxels / 64 + 1);
   ends_.resize(std::min(voxels, static_cast<std::size_t>(kDiscretizedEnds)));
   entropy_table_.resize(kEntropyIntervals + 2);
   for (int i = 0; i < kEntropyIntervals + 2; ++i) {
@@ -180,7 +182,13 @@ void VoxelGrid::Set(int index, const VoxelIndex& v, float* slot, float log_odds)
   }
   if (from != to) {
     SetCode(index, to);
-    SetFlag(index, false);
+    if ((from & kKnown) == 0) {
+      SetFlag(index, false);  // it was "residual"
+    }
+    ++revision_;
+  }
+  if (log_odds >= kSolidHits * hit_ && !SolidAt(index)) {
+    solid_[index >> 6] |= std::uint64_t{1} << (index & 63);
     ++revision_;
   }
 }
@@ -203,6 +211,7 @@ void VoxelGrid::CountChange(unsigned from, unsigned to, bool flag, float old_log
     --counts_.free;
   }
   ++(to == kOccupiedCode ? counts_.occupied : counts_.free);
+  counts_.covered += to == kOccupiedCode && (from & kKnown) != 0 && flag ? 1 : 0;
 }
 
 void VoxelGrid::MarkSweptSphere(const Vector3d& center_W, double radius_m) {
@@ -234,9 +243,9 @@ int VoxelGrid::MarkCovered(const Vector3d& p_WP, double radius_m) {
     for (int y = std::max(lo.y, w_lo.y); y <= std::min(hi.y, w_hi.y); ++y) {
       for (int x = std::max(lo.x, w_lo.x); x <= std::min(hi.x, w_hi.x); ++x) {
         const int index = IndexOf({x, y, z});
-        if (OccupiedAt(index) && !Flag(index) && Sees(p_WP, radius_m, {x, y, z})) {
+        if (KnownAt(index) && !Flag(index) && Sees(p_WP, radius_m, {x, y, z})) {
           SetFlag(index, true);
-          ++covered;
+          covered += OccupiedAt(index) ? 1 : 0;
         }
       }
     }
@@ -245,15 +254,43 @@ int VoxelGrid::MarkCovered(const Vector3d& p_WP, double radius_m) {
   return covered;
 }
 
-// Whether v's centre is within the radius of P and no occupied voxel lies before v on the way.
+// Whether v's centre is within the radius of P, and its centre or the middle of a face that is
+// turned to P can be seen from there.
 bool VoxelGrid::Sees(const Vector3d& p_WP, double radius_m, const VoxelIndex& v) const {
   const Vector3d center = Center(v);
-  if (!((center - p_WP).squaredNorm() <= radius_m * radius_m)) {
+  const Vector3d way = p_WP - center;
+  if (!(way.squaredNorm() <= radius_m * radius_m)) {
     return false;
   }
-  for (RayWalk ray(*this, p_WP.cast<float>(), center.cast<float>()); ray.Next();) {
-    if (ray.inside() && OccupiedAt(ray.index())) {
-      return ray.voxel() == v;
+  if (Sees(p_WP, center, v)) {
+    return true;
+  }
+  const double to_face_m = 0.499 * config_.width_m;  // just inside: the walk ends in v
+  for (int axis = 0; axis < 3; ++axis) {
+    if (std::abs(way(axis)) > config_.width_m / 2) {
+      Vector3d face = center;
+      face(axis) += way(axis) > 0 ? to_face_m : -to_face_m;
+      if (Sees(p_WP, face, v)) {
+        return true;
+      }
+    }
+  }
+  return false;
+}
+
+// Whether nothing lies before v on the segment from P to the point Q in v: no occupied voxel, and
+// for a free v, which could be anything behind what is not known, no unknown one either.
+bool VoxelGrid::Sees(const Vector3d& p_WP, const Vector3d& p_WQ, const VoxelIndex& v) const {
+  const bool through_unknown = OccupiedAt(IndexOf(v));
+  for (RayWalk ray(*this, p_WP.cast<float>(), p_WQ.cast<float>()); ray.Next();) {
+    if (!ray.inside()) {
+      continue;
+    }
+    if (ray.voxel() == v) {
+      return true;
+    }
+    if (OccupiedAt(ray.index()) || (!through_unknown && Code(ray.index()) == 0)) {
+      return false;
     }
   }
   return true;
@@ -284,7 +321,7 @@ std::int64_t VoxelGrid::MemoryBytes() const {
     return static_cast<std::int64_t>(v.capacity() * sizeof(v[0]));
   };
   return bytes(top_) + bytes(bricks_) + bytes(codes_) + bytes(flags_) + bytes(marks_) +
-         bytes(ends_) + bytes(entropy_table_);
+         bytes(solid_) + bytes(ends_) + bytes(entropy_table_);
 }
 
 }  // namespace pipewright

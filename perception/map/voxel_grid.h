@@ -37,9 +37,9 @@ struct RayHit {
 /// Occupancy of a box of voxels, by OctoMap's rules, on memory that is fixed at construction.
 ///
 /// Log-odds lie in bricks of 8x8x8 out of a pool; a dense table over the box says which brick is
-/// where. Four bits of every voxel of the box lie in flat planes, x fastest, so that a ray steps by
-/// adding a stride: known, occupied (or swept, while unknown), covered (or residual, while
-/// unknown), and a mark of the scan in hand. What a full pool refuses is counted; what it holds is
+/// where. Five bits of every voxel of the box lie in flat planes, x fastest, so that a ray steps by
+/// adding a stride: known, occupied (or swept, while unknown), probed (or residual, while unknown),
+/// solid, and a mark of the scan in hand. What a full pool refuses is counted; what it holds is
 /// kept.
 ///
 /// Counts and entropies speak of the workspace W and are kept up with each change, exactly.
@@ -66,7 +66,9 @@ class VoxelGrid {
   bool Covered(const VoxelIndex& v) const;
   bool Swept(const VoxelIndex& v) const;  ///< and still unknown
   bool Residual(const VoxelIndex& v) const;
-  /// What motion must not touch: occupied, or unknown and not swept.
+  /// What motion must not touch: occupied, or unknown and not swept, or solid: once hit more than
+  /// its misses outweighed. A voxel that a surface fills in part is hit from one side and passed
+  /// from another, and by occupancy alone would come and go; the surface does not.
   bool Obstacle(const VoxelIndex& v) const;
 
   /// Takes a voxel over from a stored map: known from now on, log-odds clamped. False: outside the
@@ -76,10 +78,12 @@ class VoxelGrid {
   /// The robot's own body is or was here: unknown voxels whose box meets the ball are no obstacle.
   void MarkSweptSphere(const Vector3d& center_W, double radius_m);
 
-  /// Occupied voxels of W whose centre is within the radius of P and in line of sight, that is with
-  /// no other occupied voxel on the ray from P to the centre, become covered. A voxel that turns
-  /// free loses the flag.
-  /// @returns how many are new
+  /// The probe is at P: known voxels of W whose centre is within the radius and that are in line
+  /// of sight are probed. In line of sight: their centre, or the middle of a face turned to P, with
+  /// no occupied voxel on the way (for a free voxel: no unknown one either). An occupied voxel that
+  /// was probed is covered; one that turns free no longer is, and is again when it turns back: the
+  /// probe's reach does not depend on what the map thought of the voxel then.
+  /// @returns how many occupied voxels are newly covered
   int MarkCovered(const Vector3d& p_WP, double radius_m);
 
   /// Only an unknown voxel can be residual; it ceases to be when it becomes known.
@@ -120,7 +124,9 @@ class VoxelGrid {
   VoxelIndex VoxelAt(int index) const;
   bool KnownAt(int index) const { return (Code(index) & kKnown) != 0; }
   bool OccupiedAt(int index) const { return Code(index) == kOccupiedCode; }
-  bool ObstacleAt(int index) const { return Code(index) == 0 || Code(index) == kOccupiedCode; }
+  bool ObstacleAt(int index) const {
+    return Code(index) == 0 || Code(index) == kOccupiedCode || SolidAt(index);
+  }
   bool CoveredAt(int index) const { return OccupiedAt(index) && Flag(index); }
 
   /// Changes whenever a voxel's State, Swept or Obstacle does.
@@ -132,8 +138,8 @@ class VoxelGrid {
   static constexpr int kBrickVoxels = 512;
   /// Voxels that one discretised scan can end in; what is beyond is counted as rejected.
   static constexpr int kDiscretizedEnds = 1 << 16;
-  /// Per voxel of an allocated brick: its log-odds and its four bits. 4.5.
-  static constexpr double kBytesPerVoxel = sizeof(float) + 0.5;
+  /// Per voxel of an allocated brick: its log-odds and its five bits. 4.625.
+  static constexpr double kBytesPerVoxel = sizeof(float) + 5.0 / 8;
   /// All heap of one grid, in bytes.
   std::int64_t MemoryBytes() const;
 
@@ -161,6 +167,7 @@ class VoxelGrid {
     const int shift = (i & 31) * 2;
     word = (word & ~(std::uint64_t{3} << shift)) | (std::uint64_t{code} << shift);
   }
+  bool SolidAt(int i) const { return ((solid_[i >> 6] >> (i & 63)) & 1U) != 0; }
   bool Flag(int i) const { return ((flags_[i >> 6] >> (i & 63)) & 1U) != 0; }
   void SetFlag(int i, bool flag) {
     const std::uint64_t bit = std::uint64_t{1} << (i & 63);
@@ -173,6 +180,7 @@ class VoxelGrid {
   }
   float* LogOddsSlot(const VoxelIndex& v);
   bool Sees(const Vector3d& p_WP, double radius_m, const VoxelIndex& v) const;
+  bool Sees(const Vector3d& p_WP, const Vector3d& p_WQ, const VoxelIndex& v) const;
   bool Update(int index, const VoxelIndex& v, bool hit);
   void Set(int index, const VoxelIndex& v, float* slot, float log_odds);
   void CountChange(unsigned from, unsigned to, bool flag, float old_log_odds, float log_odds);
@@ -197,7 +205,8 @@ class VoxelGrid {
   std::vector<std::int32_t> top_;   // brick of each 8x8x8 block of the box, -1: none
   std::vector<Brick> bricks_;
   std::vector<std::uint64_t> codes_;  // two bits a voxel
-  std::vector<std::uint64_t> flags_;  // covered when occupied, residual when unknown
+  std::vector<std::uint64_t> flags_;  // probed when known, residual when unknown
+  std::vector<std::uint64_t> solid_;  // was hit often enough to be an obstacle for good
   std::vector<std::uint64_t> marks_;  // updated by the scan in hand
   std::vector<std::int32_t> ends_;    // scratch of a discretised scan: voxels that hold points
   std::vector<std::int64_t> entropy_table_;

@@ -29,7 +29,7 @@ constexpr bool Within(const VoxelIndex& v, const VoxelIndex& lo, const VoxelInde
 
 /// What the map stores, and OctoMap's sensor model. Boxes are inclusive on both sides.
 struct MapConfig {
-  VoxelIndex lo{0, 0, 0};  ///< the box that is stored: four bits a voxel, used or not
+  VoxelIndex lo{0, 0, 0};  ///< the box that is stored: five bits a voxel, used or not
   VoxelIndex hi{29, 29, 29};
   VoxelIndex workspace_lo{0, 0, 0};  ///< W: what counts() and the entropies speak of
   VoxelIndex workspace_hi{29, 29, 29};
