@@ -21,12 +21,12 @@ typename QpSolver<n, m>::Step QpSolver<n, m>::Prepare(const Problem& qp) {
   bool good = 0 <= qp.rows && qp.rows <= m;
   int equal = 0;
   for (int i = 0; good && i < qp.rows; ++i) {
-    good = (qp.lo[i] <= qp.hi[i]) & (qp.lo[i] < kInfinity) & (qp.hi[i] > -kInfinity) &
-           (qp.price[i] >= 0);
+    good =
+        qp.lo[i] <= qp.hi[i] && qp.lo[i] < kInfinity && qp.hi[i] > -kInfinity && qp.price[i] >= 0;
     equal |= qp.lo[i] == qp.hi[i];
   }
   for (int j = 0; good && j < n; ++j) {
-    good = (qp.lb[j] <= qp.ub[j]) & (qp.lb[j] < kInfinity) & (qp.ub[j] > -kInfinity);
+    good = qp.lb[j] <= qp.ub[j] && qp.lb[j] < kInfinity && qp.ub[j] > -kInfinity;
     equal |= qp.lb[j] == qp.ub[j];
   }
   equalities_ = equal != 0;
