@@ -1,0 +1,176 @@
+// SPDX-License-Identifier: MIT
+#include "hil/report/figure_tables.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <string_view>
+
+#include "hil/report/markup.h"
+
+namespace pipewright::hil {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+struct Known {
+  std::string_view key;
+  std::string_view unit;  ///< "" when the key's suffix says it
+  std::string_view meaning;
+  bool wall_clock = false;
+};
+
+constexpr Known kKnown[] = {
+    {"scenario", "", "the world that was inspected"},
+    {"seed", "", "of sensor noise and planning"},
+    {"planner", "", "what chose the views"},
+    {"stop_reason", "", "why the mission ended"},
+    {"stop_detail", "", "the device or sensor at fault, if any"},
+    {"sim_time_s", "", "length of the mission"},
+    {"wall_time_s", "", "time it took on this machine", true},
+    {"contacts", "", "times that a body of the robot touched something (truth)"},
+    {"touched", "", "what it touched"},
+    {"voxels.total", "voxels", "in the workspace"},
+    {"voxels.free", "voxels", "seen empty"},
+    {"voxels.occupied", "voxels", "seen occupied"},
+    {"voxels.unknown", "voxels", "never seen"},
+    {"voxels.residual", "voxels", "given up: no view of them can be reached"},
+    {"voxels.covered", "voxels", "occupied and covered by the probe"},
+    {"coverage.truth_surface", "voxels", "of true surface in the workspace"},
+    {"coverage.truth_coverable", "voxels", "of these, which the probe can cover at all"},
+    {"coverage.truth_covered", "voxels", "of these, which it covered"},
+    {"coverage.ratio", "%", "covered of coverable"},
+    {"entropy.visual", "nats per voxel", "what is left to see"},
+    {"entropy.coverage", "nats per voxel", "what is left to cover"},
+    {"entropy.combined", "nats per voxel", "their sum"},
+    {"min_clearance_m.plane", "m", "to walls, floor and boxes (truth)"},
+    {"min_clearance_m.pipe", "m", "to pipes and meshes (truth)"},
+    {"min_clearance_m.self", "m", "between parts of the robot (truth)"},
+    {"svfi.mode", "", "velocity at which deviations are taken"},
+    {"svfi.alpha", "", "probability with which each constraint is to hold"},
+    {"svfi.checked", "", "chance constraints checked against what was sent"},
+    {"svfi.held", "", "of these, met"},
+    {"svfi.ratio", "%", "met of checked"},
+    {"svfi.fallbacks", "", "cycles that fell back to the worst case"},
+    {"control.rate_hz", "", "of the control task"},
+    {"control.cycles", "", "control cycles"},
+    {"control.heap_allocations", "", "inside control cycles"},
+    {"control.rows_max", "", "most constraint rows in one QP"},
+    {"control.qp_iterations_max", "", "most in one cycle"},
+    {"control.qp_cap_hits", "", "cycles that ended at the iteration cap"},
+    {"control.qp_us", "", "time of the QP", true},
+    {"control.cycle_us", "", "time of a whole cycle", true},
+    {"control.lateral_speed_max_mps", "", "of the base across its heading"},
+    {"control.joint_limit_excess_rad", "", "largest; below zero: never passed"},
+    {"control.joint_hard_stops", "", "times that a joint ran into its end"},
+    {"plan.steps", "", "planning steps"},
+    {"plan.stalls", "", "goals given up on the way"},
+    {"plan.step_ms", "", "time of a planning step", true},
+    {"path.base_m", "", "driven by the base"},
+    {"path.joint_rad", "", "turned by all joints together"},
+    {"localization.error_max_m", "", "of the base's position"},
+    {"localization.error_max_rad", "", "of its heading"},
+    {"can.tx", "frames", "sent by the robot"},
+    {"can.rx", "frames", "received by the robot"},
+    {"can.dropped", "frames", "lost in full queues"},
+    {"can.load_peak", "%", "largest load of a bus over a second"},
+};
+
+struct Suffix {
+  std::string_view suffix;
+  std::string_view unit;
+};
+
+constexpr Suffix kSuffixes[] = {
+    {"_mps", "m/s"}, {"_radps", "rad/s"}, {"_rad", "rad"}, {"_hz", "Hz"},
+    {"_us", "µs"},   {"_ms", "ms"},       {"_m", "m"},     {"_s", "s"},
+};
+
+Known Lookup(const std::string& key) {
+  Known known;
+  const auto* found = std::find_if(std::begin(kKnown), std::end(kKnown),
+                                   [&key](const Known& k) { return k.key == key; });
+  if (found != std::end(kKnown)) {
+    known = *found;
+  }
+  if (known.unit.empty()) {
+    for (const Suffix& s : kSuffixes) {
+      if (key.ends_with(s.suffix)) {
+        known.unit = s.unit;
+        break;
+      }
+    }
+  }
+  return known;
+}
+
+bool IsSpread(const Json& value) {
+  return value.is_object() && value.size() == 3 && value.contains("p50") && value.contains("p99") &&
+         value.contains("max");
+}
+
+std::string ValueText(const Json& value, const Known& known) {
+  if (value.is_number()) {
+    return Number((known.unit == "%" ? 100 : 1) * value.get<double>());
+  }
+  if (value.is_null()) {
+    return "none";
+  }
+  if (value.is_string()) {
+    return value.get_ref<const std::string&>().empty() ? "–" : value.get<std::string>();
+  }
+  if (value.is_array()) {
+    std::string text;
+    for (const Json& item : value) {
+      text += (text.empty() ? "" : ", ") + ValueText(item, known);
+    }
+    return text.empty() ? "none" : text;
+  }
+  if (IsSpread(value)) {
+    return fmt::format("p50 {}   p99 {}   max {}", ValueText(value["p50"], known),
+                       ValueText(value["p99"], known), ValueText(value["max"], known));
+  }
+  return value.dump();
+}
+
+void AddRows(std::string& html, const std::string& key, const Json& value) {
+  if (value.is_object() && !IsSpread(value)) {
+    for (const auto& [name, item] : value.items()) {
+      AddRows(html, key + "." + name, item);
+    }
+    return;
+  }
+  const Known known = Lookup(key);
+  html += fmt::format(
+      R"(<tr{}><th scope="row"><code>{}</code></th><td class="num">{}</td><td>{}</td><td>{}</td></tr>)"
+      "\n",
+      known.wall_clock ? R"( class="wall")" : "", Escape(key), Escape(ValueText(value, known)),
+      Escape(known.unit), Escape(known.meaning));
+}
+
+std::string Table(const std::string& title, const std::string& rows) {
+  return fmt::format("<table class=\"figures\"><caption>{}</caption><tbody>\n{}</tbody></table>\n",
+                     Escape(title), rows);
+}
+
+}  // namespace
+
+std::string RenderFigureTables(const Json& run) {
+  if (!run.is_object()) {
+    return "<p>No figures were written.</p>\n";
+  }
+  std::string top;
+  std::string tables;
+  for (const auto& [name, value] : run.items()) {
+    if (value.is_object() && !IsSpread(value)) {
+      std::string rows;
+      AddRows(rows, name, value);
+      tables += Table(name, rows);
+    } else {
+      AddRows(top, name, value);
+    }
+  }
+  return Table("run", top) + tables;
+}
+
+}  // namespace pipewright::hil
