@@ -25,7 +25,7 @@ class RayCaster {
     if (!origin_ok_ || !(norm > 0) || norm > std::numeric_limits<float>::max()) {
       return ray;
     }
-    if (Stops(start_, grid_.FlatIndex(start_), &ray.hit)) {
+    if (Stops(grid_.InBox(start_), grid_.FlatIndex(start_), &ray.hit)) {
       return ray;
     }
     Follow(key_math::Divided(direction_W, static_cast<float>(norm)), &ray);
@@ -33,17 +33,19 @@ class RayCaster {
   }
 
  private:
-  /// Whether a ray ends in v, and whether that is a hit.
-  bool Stops(const VoxelIndex& v, std::int64_t index, bool* hit) const {
-    const unsigned code = grid_.InBox(v) ? grid_.Code(static_cast<int>(index)) : 0;
+  /// Whether a ray ends in a voxel, and whether that is a hit.
+  bool Stops(bool in_box, std::int64_t index, bool* hit) const {
+    const unsigned code = in_box ? grid_.Code(static_cast<int>(index)) : 0;
     *hit = code == VoxelGrid::kOccupiedCode;
     return *hit || (!ignore_unknown_ && (code & VoxelGrid::kKnown) == 0);
   }
 
   void Follow(const Vector3f& direction, RayHit* ray) const {
+    const int lo[3] = {grid_.config_.lo.x, grid_.config_.lo.y, grid_.config_.lo.z};
+    const int n[3] = {grid_.nx_, grid_.ny_, grid_.nz_};
+    std::int64_t stride[3] = {1, n[0], std::int64_t{n[0]} * n[1]};
     int at[3] = {start_.x, start_.y, start_.z};
     int step[3] = {};
-    std::int64_t stride[3] = {1, grid_.nx_, std::int64_t{grid_.nx_} * grid_.ny_};
     double t_next[3];
     double t_delta[3];
     for (int i = 0; i < 3; ++i) {
@@ -55,20 +57,30 @@ class RayCaster {
       t_next[i] = d != 0 ? (border - static_cast<double>(origin_[i])) / d : kNever;
       t_delta[i] = d != 0 ? width_ / std::abs(d) : kNever;
     }
+    // A voxel entered this early has its centre within the range: no need to compute it.
+    const double sure =
+        max_range_ > 0 ? max_range_ - 2 * width_ : std::numeric_limits<double>::max();
+    const auto in = [&](int i) {
+      return static_cast<unsigned>(at[i] - lo[i]) < static_cast<unsigned>(n[i]);
+    };
+    bool in_box = in(0) && in(1) && in(2);
     for (std::int64_t index = grid_.FlatIndex(start_);;) {
       int axis = t_next[0] < t_next[1] ? 0 : 1;
       axis = t_next[axis] < t_next[2] ? axis : 2;
       if (at[axis] == (step[axis] > 0 ? key_math::kReach - 1 : -key_math::kReach)) {
-        return;
+        break;
       }
+      const double entered = t_next[axis];
       at[axis] += step[axis];
       index += stride[axis];
       t_next[axis] += t_delta[axis];
-      ray->end = {at[0], at[1], at[2]};
-      if ((max_range_ > 0 && BeyondRange(ray->end)) || Stops(ray->end, index, &ray->hit)) {
-        return;
+      in_box = in(axis) && (in_box || (in(0) && in(1) && in(2)));
+      if ((entered > sure && BeyondRange({at[0], at[1], at[2]})) ||
+          Stops(in_box, index, &ray->hit)) {
+        break;
       }
     }
+    ray->end = {at[0], at[1], at[2]};
   }
 
   bool BeyondRange(const VoxelIndex& v) const {

@@ -25,7 +25,8 @@ struct Nearest {
 /// Each cell holds the offset to the obstacle whose centre is nearest to its own. A query takes the
 /// nearest box among the features of the 27 cells around the point, so it never says less than the
 /// truth and below one width it is exact: every nearer box is one of the 27 itself. Beyond that it
-/// may say up to a voxel's diagonal more; 0.05 widths is the most that a random search has met.
+/// may say up to two diagonals more in theory; 0.18 widths is the most that 450,000 random queries
+/// have met.
 /// What lies outside the grid's box is no obstacle unless config.outside_is_obstacle; then all of
 /// it is. For a point outside the box, a query starts from the nearest cell of the box and may say
 /// more by as much as the point is outside.

@@ -27,7 +27,7 @@ class ScanInserter {
     const int lo[3] = {grid_.config_.lo.x, grid_.config_.lo.y, grid_.config_.lo.z};
     const int hi[3] = {grid_.config_.hi.x, grid_.config_.hi.y, grid_.config_.hi.z};
     const int strides[3] = {1, grid_.nx_, grid_.nx_ * grid_.ny_};
-    packet_.rest = grid_.IndexOf(origin_voxel_);
+    origin_index_ = grid_.IndexOf(origin_voxel_);
     for (int i = 0; i < 3; ++i) {
       const double o = origin_[i];
       const auto half = static_cast<float>(width_ * 0.5);
@@ -103,14 +103,19 @@ class ScanInserter {
       return;
     }
     for (int lane = lanes_; lane < RayPacket::kLanes; ++lane) {
-      packet_.Retire(lane);
-      packet_.index.Set(lane, packet_.rest);
+      packet_.limit.Set(lane, RayPacket::kDone);
+      packet_.index.Set(lane, 0);
       walk_too_[lane] = false;
     }
-    Miss(static_cast<int>(packet_.rest));
-    while (packet_.Step()) {
+    Miss(origin_index_);
+    RayPacket packet = packet_;  // a copy of its own can stay in registers
+    const std::uint64_t* marks = grid_.marks_.data();
+    while (packet.Step()) {
       for (int lane = 0; lane < RayPacket::kLanes; ++lane) {
-        Miss(static_cast<int>(packet_.index[lane]));
+        const int index = origin_index_ + static_cast<int>(packet.index[lane]);
+        if (((marks[index >> 6] >> (index & 63)) & 1U) == 0) {
+          MissNew(index);
+        }
       }
     }
     for (int lane = 0; lane < lanes_; ++lane) {
@@ -162,9 +167,8 @@ class ScanInserter {
       packet_.stride[i].Set(lane, stride_[up][i]);
     }
     packet_.limit.Set(lane, length);
-    packet_.end.Set(lane, static_cast<double>(grid_.FlatIndex(end)));
-    packet_.index.Set(lane, packet_.rest);
-    packet_.active.Set(lane, -1);
+    packet_.end.Set(lane, static_cast<double>(grid_.FlatIndex(end) - origin_index_));
+    packet_.index.Set(lane, 0);
     walk_too_[lane] = false;
     const VoxelIndex& lo = grid_.config_.lo;
     const VoxelIndex& hi = grid_.config_.hi;
@@ -177,7 +181,8 @@ class ScanInserter {
   // packet goes as far as is sure. That is all of the ray if it passes the wall well before its end
   // and crosses nothing else just there; if not, Walk goes over it again, slowly.
   void StopAtWall(int lane, const Vector3f& direction, float length) {
-    constexpr double kSure = 1e-6;  // metres; rounding is five orders below
+    constexpr double kNowhere = 1e18;  // no flat index
+    constexpr double kSure = 1e-6;     // metres; rounding is five orders below
     double wall = length;
     int axis = -1;
     for (int i = 0; i < 3; ++i) {
@@ -188,7 +193,7 @@ class ScanInserter {
         axis = i;
       }
     }
-    packet_.end.Set(lane, -1);
+    packet_.end.Set(lane, kNowhere);
     walk_too_[lane] = axis < 0 || wall > length - 2 * kSure;
     for (int i = 0; i < 3; ++i) {
       if (i != axis && direction[i] != 0) {
@@ -209,6 +214,7 @@ class ScanInserter {
   bool origin_in_keys_ = false;
   bool origin_in_box_ = false;
   VoxelIndex origin_voxel_;
+  int origin_index_ = 0;
   double to_border_[2][3] = {};  // of the origin's voxel, downwards and upwards
   double to_wall_[2][3] = {};    // voxels between the origin's and the end of the box
   double stride_[2][3] = {};

@@ -187,9 +187,8 @@ void VoxelGrid::Set(int index, const VoxelIndex& v, float* slot, float log_odds)
     }
     ++revision_;
   }
-  if (log_odds >= kSolidHits * hit_ && !SolidAt(index)) {
+  if (log_odds >= kSolidHits * hit_) {  // occupied, so an obstacle already: no new revision
     solid_[index >> 6] |= std::uint64_t{1} << (index & 63);
-    ++revision_;
   }
 }
 

@@ -106,7 +106,7 @@ class VoxelGrid {
   RayHit CastRay(const Vector3d& origin_W, const Vector3d& direction_W, double max_range_m,
                  bool ignore_unknown) const;
 
-  /// The same for many directions from one origin; results as one by one, in less time.
+  /// The same for many directions from one origin: hits[i] is that of directions_W[i].
   void CastRays(const Vector3f& origin_W, const Vector3f* directions_W, int count,
                 double max_range_m, bool ignore_unknown, RayHit* hits) const;
 

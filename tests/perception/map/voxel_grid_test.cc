@@ -131,9 +131,12 @@ TEST(VoxelGrid, ASurfaceFoundWhereTheProbeLookedAlreadyIsCovered) {
   VoxelGrid grid(test::Box(8));
   const VoxelIndex v{1, 2, 3};
   for (int z = 0; z <= 3; ++z) {
-    Miss(&grid, {1, 2, z});
+    while (grid.State({1, 2, z}) != VoxelState::kFree) {
+      Miss(&grid, {1, 2, z});
+    }
   }
-  EXPECT_EQ(grid.MarkCovered(grid.Center({1, 2, 0}), 0.4), 0);
+  EXPECT_EQ(grid.MarkCovered(grid.Center({1, 2, 0}), 0.4), 1) << "z = 4, where the misses ended";
+  EXPECT_FALSE(grid.Covered(v));
   while (grid.State(v) == VoxelState::kFree) {
     Hit(&grid, v);
   }
