@@ -41,10 +41,14 @@ const ControlReport& RobotProgram::StepControl(Time now) {
   return report;
 }
 
-Status RobotProgram::Map(const DepthFrame& frame) {
+void RobotProgram::TakeResidual() {
   if (residual_.HasNew()) {
     mapping_.DeclareResidual(residual_.Read());
   }
+}
+
+Status RobotProgram::Map(const DepthFrame& frame) {
+  TakeResidual();
   const Status status = mapping_.Step(frame, history_.Read());
   if (status != Status::kOk) {
     return status;

@@ -39,6 +39,9 @@ class RobotProgram {
   /// Mapping thread.
   Status Map(const DepthFrame& frame);
 
+  /// Mapping thread: takes into the map what the planner gave up. Map() does so too.
+  void TakeResidual();
+
   /// Planning thread. After the mission has ended it asks the control task to stop. A camera that
   /// stays silent is a device fault like any other.
   const MissionOutput& Plan(Time now);

@@ -235,6 +235,7 @@ nlohmann::ordered_json VirtualRun::Run() {
     }
   }
   figures_.wall_s = 1e-6 * Microseconds(wall_start_);
+  program_->TakeResidual();
   folder_.Map(program_->mapping().map());
   const std::string detail = StopDetail(program_->planning().output(), program_->control().report(),
                                         program_->camera_lost());

@@ -127,6 +127,11 @@ class VoxelGrid {
   bool ObstacleAt(int index) const {
     return Code(index) == 0 || Code(index) == kOccupiedCode || SolidAt(index);
   }
+  /// Occupied or solid, and not probed: a surface that is left to cover, even where the map takes
+  /// its voxel for free at the moment.
+  bool SurfaceLeftAt(int index) const {
+    return (OccupiedAt(index) || SolidAt(index)) && KnownAt(index) && !Flag(index);
+  }
   bool CoveredAt(int index) const { return OccupiedAt(index) && Flag(index); }
 
   /// Changes whenever a voxel's State, Swept or Obstacle does.

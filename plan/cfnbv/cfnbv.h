@@ -12,7 +12,7 @@
 namespace pipewright {
 
 struct CfnbvConfig {
-  GainConfig gain{.range_min_m = 0.17};
+  GainConfig gain{.range_min_m = 0.17, .solid_surfaces = true};
   MotionPlannerConfig motion;
   double overhead_s = 2;  ///< t0 of the score G_w / (t0 + t): what a view costs beside the motion
   /// Configurations proposed a round: random ones near the robot and anywhere, and aimed ones.
@@ -31,7 +31,7 @@ struct CfnbvConfig {
   int stop_room = 40;  ///< a view of fewer such voxels is not worth the way
   int room_goals = 12;
   int stop_unknown = 4;     ///< a view of fewer unknown voxels than this, and
-  int stop_uncovered = 1;   ///< of fewer uncovered ones than this, is not worth the way
+  int stop_uncovered = 2;   ///< of fewer uncovered ones than this, is not worth the way
   int surface_frames = 5;   ///< pipes seen in so many frames say where surface is, see PipeSurface
   int stop_tests = 400;     ///< reachable views that must be below it in a row before kComplete
   int tries_per_voxel = 3;  ///< views of a voxel that may fail before it is given up

@@ -42,6 +42,9 @@ void GainEvaluator::Update(const VoxelGrid& map, std::span<const std::uint8_t> i
         switch (map.State(v)) {
           case VoxelState::kFree:
             flags |= Cells::kFree;
+            if (config_.solid_surfaces && counted && map.SurfaceLeftAt(map.IndexOf(v))) {
+              flags |= Cells::kUncovered;
+            }
             break;
           case VoxelState::kUnknown:
             flags |= counted && !map.Residual(v) ? Cells::kUnknown : 0;

@@ -26,6 +26,9 @@ struct GainConfig {
   double probe_radius_m = 0.4;
   double beta = 0.75;  ///< (23): share of the visual gain
   int rays = 200;      ///< per sensor, at most RaySet::kMaxRays
+  /// Count solid voxels (VoxelGrid::SurfaceLeftAt) as surface even while they are free: those that
+  /// a surface fills in part. Off: occupied ones alone, as published.
+  bool solid_surfaces = false;
 };
 
 constexpr bool Valid(const GainConfig& c) {
