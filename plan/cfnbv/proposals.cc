@@ -14,6 +14,8 @@ namespace pipewright {
 namespace {
 
 constexpr double kNearJointsSigma_rad = 0.8;
+constexpr double kNearWristSigma_rad = 1.2;
+constexpr int kFirstWristJoint = 4;
 constexpr double kNearTurnSigma_rad = 0.6;
 constexpr double kNearDriveSigma_m = 0.3;
 constexpr double kFarJointsSigma_rad = 0.9;
@@ -47,8 +49,8 @@ Vector3d Proposer::RandomVector() {
   return {x, y, rng_.Normal()};
 }
 
-Configuration Proposer::WithJointNoise(Configuration q, double sigma_rad) {
-  for (int i = 0; i < kArmJoints; ++i) {
+Configuration Proposer::WithJointNoise(Configuration q, double sigma_rad, int first) {
+  for (int i = first; i < kArmJoints; ++i) {
     const ArmJoint& joint = TracerUf7().arm.joints[i];
     q(3 + i) = std::clamp(q(3 + i) + sigma_rad * rng_.Normal(), joint.q_min_rad + kJointMargin_rad,
                           joint.q_max_rad - kJointMargin_rad);
@@ -69,10 +71,17 @@ Configuration Proposer::Somewhere() {
   return q;
 }
 
+/// Some of the wrist alone, which needs the least room, some of the arm, some of all.
 std::optional<Configuration> Proposer::Near() {
+  constexpr double kThird = 1.0 / 3;
   Configuration q = q_;
+  const double what = rng_.Uniform();
   const double scale = rng_.Uniform(0.1, 1);
-  if (rng_.Uniform() < 0.5) {
+  if (what < kThird) {
+    q = WithJointNoise(q, scale * kNearWristSigma_rad, kFirstWristJoint);
+    return checker_.Free(q) ? std::optional(q) : std::nullopt;
+  }
+  if (what < 2 * kThird) {
     const double drive_m = scale * kNearDriveSigma_m * rng_.Normal();
     q(0) += drive_m * std::cos(q(2));
     q(1) += drive_m * std::sin(q(2));

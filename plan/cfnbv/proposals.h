@@ -32,7 +32,7 @@ class Proposer {
   bool HasRoom(const Vector3d& p_W) const;
   int Pick(std::size_t count) { return rng_.Index(static_cast<int>(count)); }
   Configuration Somewhere();
-  Configuration WithJointNoise(Configuration q, double sigma_rad);
+  Configuration WithJointNoise(Configuration q, double sigma_rad, int first = 0);
   Vector3d RandomVector();
 
   const CollisionChecker& checker_;

@@ -47,13 +47,34 @@ bool GainEvaluator::Cells::Blocked(const Vector3d& origin, const Vector3d& direc
   return blocked;
 }
 
-bool GainEvaluator::Cells::InSight(const Vector3d& origin, const Vector3d& way, int target) const {
-  bool seen = false;
+bool GainEvaluator::Cells::Meets(const Vector3d& origin, const Vector3d& way, int target,
+                                 bool through_unknown) const {
+  const int stop = kOccupied | kBorder;
+  bool met = false;
   Walk(origin, way, 1.0, [&](int cell) {
-    seen = cell == target;
-    return !seen && (flags[cell] & (kOccupied | kBorder)) == 0;
+    met = cell == target;
+    const int here = flags[cell];
+    return !met && (here & stop) == 0 && (through_unknown || (here & kFree) != 0);
   });
-  return seen;
+  return met;
+}
+
+bool GainEvaluator::Cells::Seen(const Vector3d& origin, const VoxelIndex& v) const {
+  constexpr double kToFace = 0.499;  // just inside the voxel
+  const int target = Index(v);
+  const bool through_unknown = (flags[target] & kFree) == 0;
+  const Vector3d way = CenterInCells(v) - origin;
+  if (Meets(origin, way, target, through_unknown)) {
+    return true;
+  }
+  for (int axis = 0; axis < 3; ++axis) {
+    Vector3d to_face = way;
+    to_face[axis] += way[axis] > 0 ? -kToFace : kToFace;
+    if (std::abs(way[axis]) > 0.5 && Meets(origin, to_face, target, through_unknown)) {
+      return true;
+    }
+  }
+  return false;
 }
 
 void GainEvaluator::Cells::NewStamp() {

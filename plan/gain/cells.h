@@ -67,8 +67,14 @@ struct GainEvaluator::Cells {
   void SearchDistinct(const Vector3d& origin, const Vector3d& direction, double length, Flag wanted,
                       Found found);
 
-  /// Whether the first surface on the way (in cells) from `origin` is `target`.
-  bool InSight(const Vector3d& origin, const Vector3d& way, int target) const;
+  /// Whether the probe sees the voxel from `origin` as VoxelGrid::MarkCovered has it: its centre or
+  /// the middle of a face that is turned to the origin, with no occupied voxel on the way, and for
+  /// a voxel that is not occupied no unknown one either. Swept voxels count as unknown here.
+  bool Seen(const Vector3d& origin, const VoxelIndex& v) const;
+
+  /// Whether the segment {origin + t way, 0 <= t <= 1} meets `target` before a surface or, unless
+  /// through_unknown, before an unknown cell.
+  bool Meets(const Vector3d& origin, const Vector3d& way, int target, bool through_unknown) const;
 
   /// A stamp that no cell bears.
   void NewStamp();

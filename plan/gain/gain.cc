@@ -153,7 +153,7 @@ void GainEvaluator::SearchUncovered(const Vector3d& p_WP, Found found) {
     const Vector3d way = c.CenterInCells(v) - origin;
     const int cell = c.Index(v);
     if (way.squaredNorm() <= radius * radius && c.probe_stamps[cell] != c.stamp &&
-        c.InSight(origin, way, cell)) {
+        c.Seen(origin, v)) {
       c.probe_stamps[cell] = c.stamp;
       found(cell);
     }
@@ -255,7 +255,7 @@ void GainEvaluator::Tally(const Viewpoint& view, const RaySet& camera,
 bool GainEvaluator::InSight(const Vector3d& p_W, const VoxelIndex& target) const {
   const Cells& c = *cells_;
   const Vector3d origin = c.InCells(p_W);
-  return c.InBox(origin) && c.InSight(origin, c.CenterInCells(target) - origin, c.Index(target));
+  return c.InBox(origin) && c.Seen(origin, target);
 }
 
 int GainEvaluator::WorkspaceIndex(const VoxelIndex& v) const {

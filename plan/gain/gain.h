@@ -125,8 +125,8 @@ class GainEvaluator {
                     GainCount count);
 
   /// Visual gain over `camera`, distinct; the coverage gain counts every uncovered voxel whose
-  /// centre lies within the probe's radius of p_WP with no other occupied voxel before it: what
-  /// VoxelGrid::MarkCovered would mark, and every voxel of which a surface patch is met.
+  /// centre lies within the probe's radius of p_WP and that is in sight of it as
+  /// VoxelGrid::MarkCovered has it, and every voxel of which a surface patch is met. Deterministic.
   ViewGain EvaluateExact(const Viewpoint& view, const RaySet& camera);
 
   /// The same for a sequence of views, each counting only what the others before it do not: what a
@@ -146,7 +146,7 @@ class GainEvaluator {
   /// Adds 1 (up to 255) to tally[WorkspaceIndex] of every voxel that EvaluateExact() counts.
   void Tally(const Viewpoint& view, const RaySet& camera, std::span<std::uint8_t> tally);
 
-  /// Whether the segment from p_W to the voxel's centre meets no other occupied voxel before it.
+  /// Whether the voxel can be seen from p_W as VoxelGrid::MarkCovered has it, at any distance.
   bool InSight(const Vector3d& p_W, const VoxelIndex& target) const;
 
   /// Place of a voxel of W in a dense array of W's voxels, x fastest.

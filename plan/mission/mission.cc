@@ -11,12 +11,11 @@ namespace pipewright {
 
 MissionConfig DefaultMission() {
   MissionConfig config;
-  // Joint 1 turns the arm about the vertical, joint 6 nods the camera.
-  constexpr double kLooks[][2] = {{0, -0.5}, {0, 0.5},  {0.7, 0},     {1.4, -0.3}, {1.4, 0.3},
-                                  {0, 0},    {-0.7, 0}, {-1.4, -0.3}, {-1.4, 0.3}, {0, 0}};
-  for (const auto& [turn_rad, nod_rad] : kLooks) {
+  // The wrist alone needs little room: joint 5 swings the camera to the sides, joint 6 nods it.
+  constexpr double kLooks[][2] = {{1.0, 0.3}, {-1.0, 0.3}, {0, -0.5}};
+  for (const auto& [swing_rad, nod_rad] : kLooks) {
     ArmVector look = ArmVector::Zero();
-    look(0) = turn_rad;
+    look(4) = swing_rad;
     look(5) = nod_rad;
     const bool fits = config.looks.push_back(look);
     assert(fits);
@@ -139,7 +138,9 @@ void Mission::LookStep(const MissionInput& input, Time now) {
   if (now < settled_at_) {
     return;
   }
-  while (next_look_ < config_.looks.size()) {
+  const MapCounts& counts = input.map.counts();
+  const bool known = counts.free + counts.occupied >= config_.looks_until_known * counts.total;
+  while (!known && next_look_ < config_.looks.size()) {
     if (NextLook(input, now)) {
       ++out_.looks;
       return;

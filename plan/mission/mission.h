@@ -77,6 +77,7 @@ struct MissionConfig {
   /// Looks to take first: arm joint angles minus those at the start, rad. One without a path is
   /// halved until it has one, at most twice, and else left out.
   FixedVector<ArmVector, kMaxLooks> looks;
+  double looks_until_known = 0.0005;         ///< share of W; once so much is known, planning begins
   Duration start_timeout = FromSeconds(10);  ///< for the devices to come up
   Duration device_timeout = FromSeconds(1);  ///< a state that is invalid for so long is a fault
   Duration goal_timeout = FromSeconds(60);   ///< a goal not reached by then counts as stalled
@@ -90,8 +91,9 @@ struct MissionConfig {
 constexpr bool Valid(const MissionConfig& c) {
   return Valid(c.cfnbv) && Valid(c.paper) && c.start_timeout > Duration::zero() &&
          c.device_timeout > Duration::zero() && c.goal_timeout > Duration::zero() &&
-         c.settle >= Duration::zero() && c.mission_timeout > Duration::zero() &&
-         c.stalls_until_stuck > 0 && c.failed_plans_until_stop > 0;
+         c.looks_until_known >= 0 && c.settle >= Duration::zero() &&
+         c.mission_timeout > Duration::zero() && c.stalls_until_stuck > 0 &&
+         c.failed_plans_until_stop > 0;
 }
 
 /// With the looks that suit the UF7's folded posture.

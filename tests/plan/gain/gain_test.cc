@@ -165,18 +165,56 @@ TEST_F(Gain, SightIsTheMapsRay) {
   test::Scatter(map_, 0.05, 0.3, rng_);
   GainEvaluator gains(config_, map_config_);
   gains.Update(map_);
+  const auto clear = [&](const Vector3d& p_W, const Vector3d& q_W, const VoxelIndex& target) {
+    const bool through_unknown = map_.State(target) != VoxelState::kFree;
+    for (RayWalk ray(map_, p_W.cast<float>(), q_W.cast<float>()); ray.Next();) {
+      if (ray.voxel() == target) {
+        return true;
+      }
+      if (map_.State(ray.voxel()) == VoxelState::kOccupied ||
+          (!through_unknown && map_.State(ray.voxel()) == VoxelState::kUnknown)) {
+        return false;
+      }
+    }
+    return true;
+  };
+  int seen = 0;
   int apart = 0;
   for (int i = 0; i < 500; ++i) {
     const Vector3d p_W = RandomPoint(map_config_, rng_);
     const VoxelIndex target = map_.VoxelOf(RandomPoint(map_config_, rng_));
-    RayWalk ray(map_, p_W.cast<float>(), map_.Center(target).cast<float>());
-    bool clear = true;
-    while (ray.Next()) {
-      clear = clear && map_.State(ray.voxel()) != VoxelState::kOccupied;
+    const Vector3d center = map_.Center(target);
+    bool sight = clear(p_W, center, target);
+    for (int axis = 0; axis < 3; ++axis) {
+      const double away = p_W[axis] - center[axis];
+      Vector3d face = center;
+      face[axis] += (away > 0 ? 0.499 : -0.499) * map_config_.width_m;
+      sight = sight || (std::abs(away) > map_config_.width_m / 2 && clear(p_W, face, target));
     }
-    apart += gains.InSight(p_W, target) == clear ? 0 : 1;
+    seen += sight ? 1 : 0;
+    apart += gains.InSight(p_W, target) == sight ? 0 : 1;
   }
-  EXPECT_LE(apart, 2);
+  EXPECT_GT(seen, 50);
+  EXPECT_LE(apart, 5);  // edges, in float and in double
+}
+
+TEST_F(Gain, SolidVoxelsAreSurfaceThoughFreeOnlyWhenAsked) {
+  for (int i = 0; i < 4; ++i) {
+    test::SetOccupied(map_, {5, 5, 4});
+  }
+  while (map_.State({5, 5, 4}) != VoxelState::kFree) {
+    test::SetFree(map_, {5, 5, 4});
+  }
+  test::SetFree(map_, {4, 5, 4});
+  test::SetFree(map_, {3, 5, 4});
+  Viewpoint view;
+  view.p_WP = map_.Center({3, 5, 4});
+  for (const bool solid : {false, true}) {
+    config_.solid_surfaces = solid;
+    GainEvaluator gains(config_, map_config_);
+    gains.Update(map_);
+    EXPECT_EQ(gains.EvaluateExact(view, RaySet{}).uncovered_voxels, solid ? 1 : 0);
+  }
 }
 
 TEST_F(Gain, RayEndsAtItsSurface) {
