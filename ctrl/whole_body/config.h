@@ -7,8 +7,8 @@ namespace pipewright {
 
 /// How a reference is moved along Goal::path.
 struct FollowerConfig {
-  double speed_fraction = 0.8;  ///< of the operating speed limits
-  double acceleration_fraction = 0.5;
+  double speed_fraction = 0.9;  ///< of the operating speed limits
+  double acceleration_fraction = 0.8;
   double lag_free = 0.05;    ///< tracking error (m + rad, largest of them) that slows nothing
   double lag_stop = 0.25;    ///< and that stops the reference
   double k_along_1ps = 2;    ///< Kanayama's K_x

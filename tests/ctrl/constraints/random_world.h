@@ -89,7 +89,7 @@ inline PipeEstimate MakePipe(std::uint32_t id, const Vector3d& p, const Vector3d
 class VoxelWorld {
  public:
   VoxelWorld() : grid_(Config()), field_(Config()) {
-    grid_.MarkSweptSphere(Vector3d::Zero(), 3.5);
+    grid_.MarkSweptSphere(Vector3d::Zero(), 3);
     field_.Update(grid_);
   }
   void AddObstacle(const Vector3d& p_W) {
@@ -103,8 +103,8 @@ class VoxelWorld {
  private:
   static MapConfig Config() {
     MapConfig config;
-    config.lo = config.workspace_lo = {-40, -40, -4};
-    config.hi = config.workspace_hi = {39, 39, 35};
+    config.lo = config.workspace_lo = {-30, -30, -2};
+    config.hi = config.workspace_hi = {29, 29, 29};
     config.brick_capacity = BricksOfBox(config);
     return config;
   }

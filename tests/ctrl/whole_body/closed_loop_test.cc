@@ -79,7 +79,7 @@ struct Loop {
 
 TEST(ClosedLoop, ReachesSetPointsWithThePublishedLaw) {
   Loop loop;
-  for (std::uint32_t i = 1; i <= 12; ++i) {
+  for (std::uint32_t i = 1; i <= 6; ++i) {
     SCOPED_TRACE(i);
     Rng rng(1, i);
     loop.goal = GoalAt(i, Near(rng, HomeConfiguration(), 0.3, 0.5));
@@ -91,7 +91,7 @@ TEST(ClosedLoop, ReachesSetPointsWithThePublishedLaw) {
 
 TEST(ClosedLoop, ReachesSetPointsAlongPaths) {
   Loop loop;
-  for (std::uint32_t i = 1; i <= 12; ++i) {
+  for (std::uint32_t i = 1; i <= 6; ++i) {
     SCOPED_TRACE(i);
     Rng rng(2, i);
     Configuration q = loop.state.q;
@@ -113,7 +113,7 @@ TEST(ClosedLoop, ReachesSetPointsAlongPaths) {
 TEST(ClosedLoop, KeepsEveryDistanceInRandomWorlds) {
   int near_plane = 0;
   int near_voxel = 0;
-  for (int i = 0; i < 10; ++i) {
+  for (int i = 0; i < 8; ++i) {
     SCOPED_TRACE(i);
     Rng rng(3, i);
     WholeBodyConfig config;
@@ -122,7 +122,7 @@ TEST(ClosedLoop, KeepsEveryDistanceInRandomWorlds) {
     const Vector3d center{0.3, 0, 0.6};
     for (std::uint32_t k = 1; k <= 4; ++k) {
       const Vector3d n = RandomDirection(rng);
-      (void)loop.scene.planes.push_back(MakePlane(k, center - 0.65 * n, n, 5, 0, 0));
+      (void)loop.scene.planes.push_back(MakePlane(k, center - 0.55 * n, n, 5, 0, 0));
     }
     const Vector3d off = RandomDirection(rng);
     (void)loop.scene.pipes.push_back(
@@ -135,7 +135,7 @@ TEST(ClosedLoop, KeepsEveryDistanceInRandomWorlds) {
     for (std::uint32_t g = 1; g <= 3; ++g) {
       loop.goal = GoalAt(g, Near(rng, HomeConfiguration(), 0.2, 0.6));
       loop.goal.p_WS = center + rng.Uniform(0.3, 1.2) * RandomDirection(rng);
-      for (int step = 0; step < 800; ++step) {
+      for (int step = 0; step < 500; ++step) {
         const ControlOutput& out = loop.Step();
         EXPECT_NE(out.stats.qp.status, QpStatus::kInfeasible);
         const Clearances& now = out.stats.clearance;
@@ -149,13 +149,13 @@ TEST(ClosedLoop, KeepsEveryDistanceInRandomWorlds) {
         EXPECT_GE(now.pipe_m, std::min(start.pipe_m, 0.025) - kHeld_m);
         EXPECT_GE(now.self_m, std::min(start.self_m, 0.02) - kHeld_m);
         EXPECT_GE(now.obstacle_m, std::min(start.obstacle_m, 0.02) - kCorner_m);
-        near_plane += now.plane_m < 0.05 ? 1 : 0;
-        near_voxel += now.obstacle_m < 0.05 ? 1 : 0;
+        near_plane += now.plane_m < 0.1 ? 1 : 0;
+        near_voxel += now.obstacle_m < 0.1 ? 1 : 0;
       }
     }
   }
   EXPECT_GT(near_plane, 1000);  // the worlds do stand in the way
-  EXPECT_GT(near_voxel, 200);
+  EXPECT_GT(near_voxel, 1000);
 }
 
 TEST(ClosedLoop, AGoalBehindAWallStalls) {

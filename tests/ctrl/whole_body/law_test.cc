@@ -79,6 +79,7 @@ void PoseFullLaw(const WholeBodyConfig& config, const Configuration& q, const Go
 TEST(Law3, TheReducedQpHasTheMinimiserOfTheFullOneWithSlacksAndTheEqualityRow) {
   static FullQp full;
   static QpSolver<kFull, 200> solver;
+  const test::VoxelWorld world;
   int active = 0;
   for (int i = 0; i < 60; ++i) {
     SCOPED_TRACE(i);
@@ -93,7 +94,6 @@ TEST(Law3, TheReducedQpHasTheMinimiserOfTheFullOneWithSlacksAndTheEqualityRow) {
       q(k) += rng.Uniform(-0.3, 0.3);
     }
     const Vec<6> x = SensorAt(q);
-    test::VoxelWorld world;
     Scene scene;
     Goal goal;
     goal.id = 1;
