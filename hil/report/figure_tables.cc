@@ -3,7 +3,6 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <string_view>
 
 #include "hil/report/markup.h"
@@ -86,27 +85,30 @@ constexpr Suffix kSuffixes[] = {
     {"_us", "µs"},   {"_ms", "ms"},       {"_m", "m"},     {"_s", "s"},
 };
 
+/// What is known of a key; else of the object that it is in ("control.qp_us" of its p50).
 Known Lookup(const std::string& key) {
-  Known known;
-  const auto* found = std::find_if(std::begin(kKnown), std::end(kKnown),
-                                   [&key](const Known& k) { return k.key == key; });
-  if (found != std::end(kKnown)) {
-    known = *found;
-  }
-  if (known.unit.empty()) {
-    for (const Suffix& s : kSuffixes) {
-      if (key.ends_with(s.suffix)) {
-        known.unit = s.unit;
-        break;
+  const std::string parent = key.substr(0, key.rfind('.'));
+  for (const std::string& name : {key, parent}) {
+    for (const Known& known : kKnown) {
+      if (known.key == name) {
+        return known;
       }
     }
   }
-  return known;
+  return {};
 }
 
-bool IsSpread(const Json& value) {
-  return value.is_object() && value.size() == 3 && value.contains("p50") && value.contains("p99") &&
-         value.contains("max");
+/// By the key's suffix, or that of the object that it is in.
+std::string_view UnitOf(const std::string& key) {
+  const std::string parent = key.substr(0, key.rfind('.'));
+  for (const std::string& name : {key, parent}) {
+    for (const Suffix& s : kSuffixes) {
+      if (name.ends_with(s.suffix)) {
+        return s.unit;
+      }
+    }
+  }
+  return "";
 }
 
 std::string ValueText(const Json& value, const Known& known) {
@@ -126,21 +128,20 @@ std::string ValueText(const Json& value, const Known& known) {
     }
     return text.empty() ? "none" : text;
   }
-  if (IsSpread(value)) {
-    return fmt::format("p50 {}   p99 {}   max {}", ValueText(value["p50"], known),
-                       ValueText(value["p99"], known), ValueText(value["max"], known));
-  }
   return value.dump();
 }
 
 void AddRows(std::string& html, const std::string& key, const Json& value) {
-  if (value.is_object() && !IsSpread(value)) {
+  if (value.is_object()) {
     for (const auto& [name, item] : value.items()) {
       AddRows(html, key + "." + name, item);
     }
     return;
   }
-  const Known known = Lookup(key);
+  Known known = Lookup(key);
+  if (known.unit.empty()) {
+    known.unit = UnitOf(key);
+  }
   html += fmt::format(
       R"(<tr{}><th scope="row"><code>{}</code></th><td class="num">{}</td><td>{}</td><td>{}</td></tr>)"
       "\n",
@@ -162,7 +163,7 @@ std::string RenderFigureTables(const Json& run) {
   std::string top;
   std::string tables;
   for (const auto& [name, value] : run.items()) {
-    if (value.is_object() && !IsSpread(value)) {
+    if (value.is_object()) {
       std::string rows;
       AddRows(rows, name, value);
       tables += Table(name, rows);

@@ -7,8 +7,7 @@
 namespace pipewright::hil {
 
 /// Every figure of run.json with its unit and, where the key is known, what it says; a table for
-/// each of its objects. An object of p50, p99 and max is one row. Units of keys that are not known
-/// are read from their suffix.
+/// each of its objects. Units of keys that are not known are read from their suffix.
 std::string RenderFigureTables(const nlohmann::ordered_json& run);
 
 }  // namespace pipewright::hil

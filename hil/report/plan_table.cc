@@ -17,24 +17,25 @@ struct Column {
   const char* head;
   const char* title;
   const char* pointer;
+  bool number = true;
 };
 
 constexpr Column kColumns[] = {
     {"step", "", "/step"},
     {"t [s]", "simulated time", "/t_s"},
-    {"decision", "", "/decision"},
+    {"decision", "", "/decision", false},
     {"goal", "its number", "/goal/id"},
-    {"position of the camera [m]", "x, y, z in the world", "/goal/p_WS"},
+    {"position [m]", "of the camera: x, y, z in the world", "/goal/p_WS"},
     {"points", "waypoints of the way there", "/goal/waypoints"},
     {"candidates", "views that were valued", "/candidates"},
     {"reachable", "of these, with a free robot posture", "/reachable"},
     {"ways", "whole-body paths that were tried", "/paths_tried"},
-    {"gain: visual", "expected, nats", "/gain/visual"},
-    {"coverage", "expected, nats", "/gain/coverage"},
-    {"weighted", "as the planner weighs them", "/gain/weighted"},
+    {"visual gain", "expected, nats", "/gain/visual"},
+    {"coverage gain", "expected, nats", "/gain/coverage"},
+    {"weighted gain", "as the planner weighs them", "/gain/weighted"},
     {"way [s]", "its duration", "/duration_s"},
-    {"left: unknown", "voxels that are still to be seen", "/left/unknown"},
-    {"uncovered", "voxels that are still to be covered", "/left/uncovered"},
+    {"unknown left", "voxels that are still to be seen", "/left/unknown"},
+    {"uncovered left", "voxels that are still to be covered", "/left/uncovered"},
     {"given up", "voxels", "/left/given_up"},
 };
 
@@ -71,7 +72,8 @@ std::string RenderPlanTable(const Json& plan) {
   }
   std::string html = "<div class=\"scroll\"><table class=\"plan\"><thead><tr>";
   for (const Column& column : kColumns) {
-    html += fmt::format(R"(<th title="{}">{}</th>)", Escape(column.title), Escape(column.head));
+    html += fmt::format(R"(<th{} title="{}">{}</th>)", column.number ? R"( class="num-head")" : "",
+                        Escape(column.title), Escape(column.head));
   }
   html += "</tr></thead><tbody>\n";
   for (std::size_t i = 0; i < plan.size(); ++i) {

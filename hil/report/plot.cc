@@ -21,8 +21,8 @@ constexpr int kTop = 8;
 constexpr int kBottom = 22;
 constexpr int kHeight = 190;  ///< of the one lane
 constexpr int kLaneHeight = 44;
-constexpr int kLaneGap = 8;
-constexpr int kColours = 7;  ///< in the style sheet
+constexpr int kLaneGap = 17;  ///< with the name of the lane below
+constexpr int kColours = 7;   ///< in the style sheet
 
 /// Where a lane is.
 struct Lane {
@@ -40,60 +40,52 @@ int ColourOf(int series) { return series % kColours + 1; }
 /// A polyline in tenths of a unit, relative, with what repeats a value left out.
 class PathText {
  public:
-  void Gap() {
-    Flush();
-    open_ = false;
-  }
   void Point(double x, double y) {
     const long px = std::lround(10 * x);
     const long py = std::lround(10 * y);
     if (!open_) {
       text_ += fmt::format("M{} {}", px, py);
-      x_ = px;
+      x_ = held_x_ = px;
       y_ = py;
-      held_ = false;
-      open_ = true;
-      dot_ = true;
-      return;
+      open_ = dot_ = true;
+    } else if (py == y_) {
+      held_x_ = px;
+    } else {
+      EndLevel();
+      LineTo(px, py);
     }
-    if (py != y_) {
-      Flush();
-      Line(px, py);
-      return;
+  }
+  void Gap() {
+    EndLevel();
+    if (open_ && dot_) {
+      text_ += "h0";  // a lone point shows by its round cap
     }
-    held_x_ = px;
-    held_ = held_ || px != x_;
+    open_ = false;
   }
   std::string Take() {
-    Flush();
+    Gap();
     return std::move(text_);
   }
 
  private:
-  void Line(long px, long py) {
+  void LineTo(long px, long py) {
     text_ += fmt::format("l{}{}{}", px - x_, py < y_ ? "" : " ", py - y_);
-    x_ = px;
+    x_ = held_x_ = px;
     y_ = py;
     dot_ = false;
   }
-  /// Draws the level stretch that is held back; a lone point becomes a dot.
-  void Flush() {
-    if (open_ && held_) {
-      Line(held_x_, y_);
-    } else if (open_ && dot_) {
-      text_ += "h0";
-      dot_ = false;
+  void EndLevel() {
+    if (open_ && held_x_ != x_) {
+      LineTo(held_x_, y_);
     }
-    held_ = false;
   }
 
   std::string text_;
-  bool open_ = false;
-  bool held_ = false;
-  bool dot_ = false;
+  bool open_ = false;  ///< a stretch is being drawn
+  bool dot_ = false;   ///< it has one point yet
   long x_ = 0;
   long y_ = 0;
-  long held_x_ = 0;
+  long held_x_ = 0;  ///< how far the level stretch goes
 };
 
 void Label(std::string& svg, const char* classes, double x, double y, const std::string& text) {
@@ -172,13 +164,13 @@ std::string Legend(const Plot& plot) {
 }
 
 double DrawLanes(std::string& svg, const Plot& plot, const Axis& time, const Axis& value) {
-  double top = kTop;
+  double top = kTop + 7;
   for (std::size_t i = 0; i < plot.series.size(); ++i) {
     const Lane lane{time, value, top, kLaneHeight};
     DrawGrid(svg, lane);
     DrawSeries(svg, lane, plot.series[i], ColourOf(static_cast<int>(i)));
     DrawLimits(svg, lane, plot.limits, i == 0);
-    Label(svg, "lane-name", kLeft + 5, top + 11, Escape(plot.series[i].name));
+    Label(svg, "lane-name", kLeft, top - 3.5, Escape(plot.series[i].name));
     top += kLaneHeight + kLaneGap;
   }
   return top - kLaneGap;
@@ -211,11 +203,11 @@ std::string RenderPlot(const Plot& plot, double end_s) {
   const std::string note =
       plot.note.empty() ? "" : fmt::format(R"(<p class="note">{}</p>)", Escape(plot.note));
   return fmt::format(
-      R"(<figure class="plot{}"><figcaption><b>{}</b>{} <span class="keys">{}</span></figcaption>)"
+      R"(<figure class="plot{}{}"><figcaption><b>{}</b>{} <span class="keys">{}</span></figcaption>)"
       R"(<svg viewBox="0 0 {} {:.0f}" role="img" aria-label="{}">{}</svg>{}</figure>)"
       "\n",
-      plot.wall_clock ? " wall" : "", Escape(plot.title), unit, Legend(plot), kWidth,
-      bottom + kBottom, Escape(plot.title), svg, note);
+      plot.lanes ? " lanes" : "", plot.wall_clock ? " wall" : "", Escape(plot.title), unit,
+      Legend(plot), kWidth, bottom + kBottom, Escape(plot.title), svg, note);
 }
 
 }  // namespace pipewright::hil

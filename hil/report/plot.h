@@ -28,7 +28,7 @@ struct Plot {
   PlotScale scale = PlotScale::kLinear;
   bool lanes = false;       ///< a lane for each series, on one scale
   bool wall_clock = false;  ///< differs between two runs of one seed
-  std::string note{};         ///< what the reader should know; may be empty
+  std::string note{};       ///< what the reader should know; may be empty
 };
 
 /// The plot as one line of XHTML: a <figure> with its caption, legend and an inline SVG, coloured

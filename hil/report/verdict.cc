@@ -165,9 +165,10 @@ std::string Words(const Json& run, const std::vector<Check>& checks) {
   };
   const auto missed = count(Check::Result::kMissed);
   const auto unknown = count(Check::Result::kNotMeasured);
-  std::string text = fmt::format("{} of {} checks met", count(Check::Result::kMet), checks.size());
+  std::string text =
+      fmt::format("Not passed: {} of {} checks met", count(Check::Result::kMet), checks.size());
   if (missed + unknown == 0) {
-    text = fmt::format("All {} checks met", checks.size());
+    text = fmt::format("Passed: all {} checks met", checks.size());
   }
   if (unknown > 0) {
     text += fmt::format(", {} not measured", unknown);

@@ -182,11 +182,14 @@ std::string Drawing(const WorldView& world, const Surface& surface, Projection p
   p.across = std::max(1L, std::lround(0.866 * scale));
   p.down = std::max(1L, std::lround(0.5 * scale));
   p.up = std::max(1L, std::lround(scale));
-  Point2 lo{1000000, 1000000};
-  Point2 hi{-1000000, -1000000};
-  for (const auto& edge : BoxEdges(world.min_m, world.max_m)) {
-    for (const Vector3d& corner : edge) {
-      const Point2 at = p.Of(corner);
+  std::vector<std::vector<Vector3d>> shown = BoxEdges(world.min_m, world.max_m);
+  shown.push_back(world.hand_path);
+  shown.push_back(world.goals);
+  Point2 lo = p.Of(world.min_m);
+  Point2 hi = lo;
+  for (const std::vector<Vector3d>& points : shown) {
+    for (const Vector3d& point : points) {
+      const Point2 at = p.Of(point);
       lo = {std::min(lo.x, at.x), std::min(lo.y, at.y)};
       hi = {std::max(hi.x, at.x), std::max(hi.y, at.y)};
     }
