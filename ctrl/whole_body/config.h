@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <cstdint>
+
 #include "ctrl/constraints/config.h"
 
 namespace pipewright {
@@ -39,6 +41,9 @@ struct WholeBodyConfig {
   double settle_1ps = 2;  ///< then u_n closes ‖x − x_d‖ at this rate, for λ_c resists
   double settle_damping = 1e-3;  ///< of its pseudo-inverse
   int svfi_rounds = 12;          ///< QPs solved at most in a cycle to meet the cones
+  /// Nanoseconds of any clock that runs on, for figures alone: no decision hangs on it. May be
+  /// null.
+  std::int64_t (*stopwatch)() = nullptr;
 };
 
 constexpr bool Valid(const WholeBodyConfig& c) {

@@ -156,7 +156,9 @@ ControlOutput WholeBodyController::Step(const ControlInput& input, Time now) {
 
   const Vec<6> wanted = reference.v_d - config_.kappa_1ps * (x - reference.x_d);
   const QuadraticCost cost = Law(J, wanted, reference.u_n, config_.lambda_c);
+  const std::int64_t before_ns = StopwatchNow();
   const ChanceQp::Answer answer = qp_.Solve(cost, constraints_, config_.constraints.svfi, u_sent_);
+  output.stats.qp_ns = StopwatchNow() - before_ns;
   output.u = u_sent_ = answer.u;
   output.stats.qp = answer.stats;
   return output;

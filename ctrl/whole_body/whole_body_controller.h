@@ -24,7 +24,8 @@ struct ControlStats {
   int clamped_rows = 0;   ///< of pairs that are too near already
   int points_inside = 0;  ///< robot points in obstacle voxels
   ChanceQpStats qp;
-  Clearances clearance;  ///< as estimated
+  std::int64_t qp_ns = 0;  ///< by config.stopwatch; 0 without one
+  Clearances clearance;    ///< as estimated
 };
 
 struct ControlOutput {
@@ -66,6 +67,9 @@ class WholeBodyController {
     Controls u_n = Controls::Zero();
   };
 
+  std::int64_t StopwatchNow() const {
+    return config_.stopwatch == nullptr ? 0 : config_.stopwatch();
+  }
   void Take(const Goal& goal, const Configuration& q, Time now);
   Reference MakeReference(const Goal& goal, const Configuration& q, const Mat<6, kControls>& J,
                           const Vec<6>& x, Time now);

@@ -24,6 +24,18 @@ double Share(std::uint64_t part, std::uint64_t whole) {
   return whole == 0 ? 1.0 : static_cast<double>(part) / static_cast<double>(whole);
 }
 
+/// The coverable surface voxels that the probe missed, by their least corner's index.
+Json Missed(const Truth& truth) {
+  Json missed = Json::array();
+  const SurfaceVoxels& surface = truth.surface();
+  for (std::size_t i = 0; i < surface.voxels.size(); ++i) {
+    if (truth.coverable().coverable[i] != 0 && truth.covered()[i] == 0) {
+      missed.push_back(surface.voxels[i].index);
+    }
+  }
+  return missed;
+}
+
 std::string Metres(const Json& value) {
   return value.is_null() ? "none near" : fmt::format("{:.3f} m", value.get<double>());
 }
@@ -39,6 +51,7 @@ void RunFigures::Add(const ControlReport& report) {
   svfi_held += static_cast<std::uint64_t>(stats.qp.held);
   svfi_fallbacks += static_cast<std::uint64_t>(stats.qp.fallbacks);
   rows_max = std::max(rows_max, stats.rows);
+  qp_us.push_back(1e-3F * static_cast<float>(stats.qp_ns));
 }
 
 double Percentile(std::vector<float> values, double p) {
@@ -73,7 +86,8 @@ Json RunJson(const InspectionOptions& options, const std::string& scenario,
   run["coverage"] = {{"truth_surface", coverage.surface},
                      {"truth_coverable", coverage.coverable},
                      {"truth_covered", coverage.covered},
-                     {"ratio", coverage.ratio}};
+                     {"ratio", coverage.ratio},
+                     {"missed_voxels", Missed(truth)}};
   run["entropy"] = {{"visual", map.visual_entropy()},
                     {"coverage", map.coverage_entropy()},
                     {"combined", map.combined_entropy()}};

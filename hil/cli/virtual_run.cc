@@ -29,6 +29,13 @@ double Microseconds(WallClock::time_point since) {
   return std::chrono::duration<double, std::micro>(WallClock::now() - since).count();
 }
 
+std::int64_t WallNanoseconds() { return WallClock::now().time_since_epoch().count(); }
+
+RobotProgramConfig Timed(RobotProgramConfig config) {
+  config.control.law.stopwatch = WallNanoseconds;
+  return config;
+}
+
 /// The buses of one run, with a listener on each for can.log.
 class Wires {
  public:
@@ -103,7 +110,8 @@ class VirtualRun {
         options_(options),
         folder_(folder),
         hooks_(hooks),
-        program_(std::make_unique<RobotProgram>(ProgramConfig(scenario, options), TracerUf7())),
+        program_(
+            std::make_unique<RobotProgram>(Timed(ProgramConfig(scenario, options)), TracerUf7())),
         emulator_(scenario, HomeJoints(TracerUf7()), options.seed, wires_.DevicePorts()),
         frame_(std::make_unique<DepthFrame>()),
         period_(FromSeconds(1 / options.rate_hz)) {}
