@@ -80,7 +80,7 @@ Axis ValueAxis(const Plot& plot) {
   Extent extent;
   const auto add = [&](double value) {
     if (std::isfinite(value) && (!logarithmic || value > 0)) {
-      extent.Add(value);
+      extent.Add(std::min(value, plot.ceiling));
     }
   };
   for (const Series& s : plot.series) {
@@ -93,7 +93,16 @@ Axis ValueAxis(const Plot& plot) {
     return extent.lo > extent.hi ? LogarithmicAxis(1, 10) : LogarithmicAxis(extent.lo, extent.hi);
   }
   extent.Add(0);
-  return LinearAxis(extent.lo, extent.hi, plot.lanes ? 2 : 5);
+  if (!plot.lanes) {
+    return LinearAxis(extent.lo, extent.hi, 5);
+  }
+  Axis axis = LinearAxis(extent.lo, extent.hi, 8);  // a low lane has room for its ends and zero
+  axis.ticks = {axis.lo};
+  if (axis.lo < 0 && axis.hi > 0) {
+    axis.ticks.push_back(0);
+  }
+  axis.ticks.push_back(axis.hi);
+  return axis;
 }
 
 }  // namespace pipewright::hil

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -26,6 +27,7 @@ struct Plot {
   std::vector<Series> series{};
   std::vector<Limit> limits{};
   PlotScale scale = PlotScale::kLinear;
+  double ceiling = std::numeric_limits<double>::infinity();  ///< what is above is drawn there
   bool lanes = false;       ///< a lane for each series, on one scale
   bool wall_clock = false;  ///< differs between two runs of one seed
   std::string note{};       ///< what the reader should know; may be empty
@@ -34,8 +36,9 @@ struct Plot {
 /// The plot as one line of XHTML: a <figure> with its caption, legend and an inline SVG, coloured
 /// by the page's style sheet. Series are thinned to Sampler::kMaxPoints, extremes kept.
 ///
-/// The value axis holds all values and all limits; a linear one also zero. class="wall" marks a
-/// wall-clock figure, so that a comparison of two reports can leave such lines out.
+/// The value axis holds all limits and all values up to the ceiling; a linear one also zero.
+/// class="wall" marks a wall-clock figure, so that a comparison of two reports can leave such lines
+/// out.
 /// @param end_s  right end of the time axis; values after it are drawn at the edge
 std::string RenderPlot(const Plot& plot, double end_s);
 

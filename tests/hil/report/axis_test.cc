@@ -71,6 +71,20 @@ TEST(ValueAxis, HoldsZeroAndTheLimitsAndSkipsGaps) {
   EXPECT_LT(axis.hi, 20);
 }
 
+TEST(ValueAxis, EndsAtTheCeiling) {
+  const Plot plot{.title = "t", .series = {{"a", {0, 1}, {0.1, 30}}}, .ceiling = 0.5};
+  EXPECT_EQ(ValueAxis(plot).hi, 0.5);
+  EXPECT_EQ(ValueAxis(plot).At(30), 1);
+}
+
+TEST(ValueAxis, OfLanesHasTicksAtItsEndsAndZero) {
+  const Plot plot{.title = "t", .series = {{"a", {0, 1}, {-1.02, 0.9}}}, .lanes = true};
+  const Axis axis = ValueAxis(plot);
+  EXPECT_EQ(axis.ticks, (std::vector<double>{axis.lo, 0, axis.hi}));
+  EXPECT_EQ(axis.lo, -1.25);
+  EXPECT_EQ(axis.hi, 1);
+}
+
 TEST(ValueAxis, OfAPlotWithoutValuesExists) {
   Plot plot;
   EXPECT_LT(ValueAxis(plot).lo, ValueAxis(plot).hi);
