@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <span>
+
+#include "perception/primitives/config.h"
+#include "platform/core/frames.h"
+#include "platform/core/status.h"
+
+namespace pipewright {
+
+/// A plane n'x = d in S, |n| = 1, n towards the camera: d < 0.
+struct PlaneFit {
+  Vector3d n_S = -Vector3d::UnitZ();
+  double d_m = -1;
+  Mat<4, 4> covariance = Mat<4, 4>::Zero();  ///< of (n, d), rank 3
+  double chi2 = 0;                           ///< per degree of freedom
+  int count = 0;
+};
+
+/// A cylinder in S: axis through p along l, |l| = 1; p is the axis point nearest to the points'
+/// mean.
+struct CylinderFit {
+  Vector3d p_S = Vector3d::Zero();
+  Vector3d l_S = Vector3d::UnitX();
+  double radius_m = 0;
+  Mat<7, 7> covariance = Mat<7, 7>::Zero();  ///< of (p, l, r), rank 5
+  double chi2 = 0;
+  int count = 0;
+};
+
+/// Least squares over given inliers, which a camera at S's origin saw.
+///
+/// On a plane the inverse depth is linear in the ray x = (X/Z, Y/Z, 1):  1/z = m'x, m = n/d, and
+/// its noise is nearly the same everywhere. So the most likely plane solves a linear problem:
+///   m = N⁻¹ Σ x/(zσ²),  N = Σ xx'/σ²,  σ = noise of 1/z;    cov(m) = N⁻¹ max(1, chi2)
+///
+/// @returns kInfeasible with less than 4 points, or where they do not span a plane that the camera
+///          can see from outside.
+/// Cost: O(points), ~5 ns each.
+Result<PlaneFit> FitPlane(std::span<const Eigen::Vector3f> p_SQ, const DepthNoise& noise);
+
+/// Gauss-Newton from `start` in 5 parameters: p and l across the axis, r. First on the distances
+/// ρ − r to the surface, which lead there from afar; then on 1/z along each ray, which is unbiased.
+///
+/// @returns kInfeasible with less than 6 points or when they leave a parameter free,
+///          kIterationLimit when 12 steps do not settle.
+/// Cost: O(points), ~0.3 us each.
+Result<CylinderFit> FitCylinder(std::span<const Eigen::Vector3f> p_SQ, const CylinderFit& start,
+                                const DepthNoise& noise);
+
+/// Noise of a point's distance to a surface with normal g, seen along the ray p. A grazing ray
+/// would be trusted without end: its cosine counts as 0.2 at least.
+double SurfaceSigma(const Vector3d& p_SQ, const Vector3d& g_S, const DepthNoise& noise);
+
+}  // namespace pipewright

@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <span>
+
+#include "perception/primitives/depth_view.h"
+#include "perception/primitives/fit.h"
+#include "platform/core/fixed_vector.h"
+#include "platform/core/rng.h"
+
+namespace pipewright {
+
+/// A pipe of one frame and the part of its axis that was seen.
+struct DetectedPipe {
+  CylinderFit fit;
+  double lo_m = 0;  ///< along l from p
+  double hi_m = 0;
+};
+
+/// Depth z at which the ray (x, y, 1) enters the cylinder between lo and hi of its axis, or
+/// nothing.
+std::optional<double> DepthOfPipe(const Vector3d& ray_S, const CylinderFit& pipe, double lo_m,
+                                  double hi_m);
+
+/// Cylinders among the readings that no plane explains.
+///
+/// A draw takes a reading and those about it on the same surface. Their normals, and their spread,
+/// each give an axis direction; a circle across it the rest. The draw that most readings agree with
+/// is refined on them. A pipe must be round (a plane fits worse), convex, show enough of its
+/// circumference, and hide what is behind it.
+class PipeFinder {
+ public:
+  static constexpr int kMaxPipes = 16;
+
+  PipeFinder(const PrimitiveConfig& config, std::uint64_t seed) : config_(config), rng_(seed, 2) {}
+
+  /// Tries `hints` first. Cost: see PrimitiveDetector.
+  void Find(DepthView& view, std::span<const CylinderFit> hints);
+
+  const FixedVector<DetectedPipe, kMaxPipes>& found() const { return found_; }
+
+ private:
+  static constexpr int kMaxSamples = 512;
+  static constexpr int kMaxPatch = 256;
+  static constexpr int kMaxPoints = 4096;  ///< of one pipe; more are thinned
+
+  struct Reading {
+    int pixel = 0;
+    Eigen::Vector3f p_S;
+    Eigen::Vector3f n_S;
+  };
+  struct Hypothesis {
+    CylinderFit pipe;
+    int score = 0;
+  };
+
+  void Gather(const DepthView& view);
+  void Sample();
+  Hypothesis Draw(const DepthView& view);
+  int Patch(const DepthView& view, int seed);
+  bool FromDirection(const Vector3d& l_S, int patch, CylinderFit& pipe) const;
+  void Keep(const CylinderFit& pipe, Hypothesis& best) const;
+  int Score(const CylinderFit& pipe) const;
+  bool Agrees(const Reading& reading, const CylinderFit& pipe, double& s_m) const;
+  int Collect(const CylinderFit& pipe, DetectedPipe& bounds);
+  bool Consider(DepthView& view, const Hypothesis& hypothesis);
+  void Bar(const CylinderFit& pipe);
+  bool Refine(const Hypothesis& hypothesis, DetectedPipe& pipe);
+  bool IsPipe(const DepthView& view, const DetectedPipe& pipe, int count) const;
+  bool HidesWhatIsBehind(const DepthView& view, const DetectedPipe& pipe) const;
+  double Arc(const CylinderFit& pipe, int count) const;
+  void Claim(DepthView& view, const DetectedPipe& pipe);
+
+  PrimitiveConfig config_;
+  Rng rng_;
+  FixedVector<DetectedPipe, kMaxPipes> found_;
+  int readings_ = 0;
+  std::array<Reading, DepthView::kMaxPixels> reading_;
+  std::array<std::uint8_t, DepthView::kMaxPixels> barred_{};  ///< by reading: used, or of no pipe
+  std::array<std::int16_t, DepthView::kMaxPixels> reading_of_{};  ///< by pixel; -1: none
+  int samples_ = 0;
+  std::array<int, kMaxSamples> sample_{};
+  std::array<int, kMaxPatch> patch_{};
+  std::array<int, kMaxPoints> inlier_{};
+  std::array<Eigen::Vector3f, kMaxPoints> point_;
+};
+
+}  // namespace pipewright
