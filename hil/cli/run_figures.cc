@@ -87,6 +87,8 @@ Json RunJson(const InspectionOptions& options, const std::string& scenario,
                      {"truth_coverable", coverage.coverable},
                      {"truth_covered", coverage.covered},
                      {"ratio", coverage.ratio},
+                     {"time_to_95_percent_s",
+                      figures.covered_95_s < 0 ? Json(nullptr) : Json(figures.covered_95_s)},
                      {"missed_voxels", Missed(truth)}};
   run["entropy"] = {{"visual", map.visual_entropy()},
                     {"coverage", map.coverage_entropy()},

@@ -29,6 +29,7 @@ struct RunFigures {
   int joint_hard_stops = 0;
   double pose_error_m = 0;  ///< odometry against the truth, largest
   double pose_error_rad = 0;
+  double covered_95_s = -1;  ///< when the true coverage ratio first reached 0.95; < 0: never
   double wall_s = 0;
 
   void Add(const ControlReport& report);

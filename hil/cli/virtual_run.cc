@@ -171,6 +171,9 @@ void VirtualRun::Cycle() {
   figures_.Add(report);
   Watch(report);
   const Clearance& clearance = emulator_.Measure(now_);
+  if (figures_.covered_95_s < 0 && emulator_.truth().coverage().ratio >= 0.95) {
+    figures_.covered_95_s = ToSeconds(now_);
+  }
   folder_.Trace(report, emulator_.plant(), clearance, program_->mapping().map().counts());
 }
 
