@@ -25,14 +25,15 @@ struct PrimitiveConfig {
   double inlier_sigmas = 3;  ///< a reading this near to a primitive is of it
   double chi2_max = 2;       ///< per degree of freedom; above it the shape is another one
 
-  double plane_range_m = 3.5;
+  double plane_range_m = 3;
   int plane_draws = 48;             ///< triples a plane
   double plane_min_share = 0.015;   ///< of the image's pixels
   double plane_min_extent_m = 0.3;  ///< the shorter side: pipes are narrower
   double plane_extent_sigmas = 8;   ///< the shorter side, in σ(z): less cannot be told from a pipe
   double plane_min_fill = 0.3;      ///< share of the rectangle that was seen
-  double plane_clear_sigmas = 3.5;  ///< readings this near to a plane are of no pipe
-  double plane_clear_m = 0.008;     ///< and at least this
+  double plane_tilt_sigma_max_rad = 0.015;  ///< of one frame; a worse one is no help
+  double plane_clear_sigmas = 3.5;          ///< readings this near to a plane are of no pipe
+  double plane_clear_m = 0.008;             ///< and at least this
 
   double pipe_range_m = 2;
   int pipe_draws = 16;

@@ -18,6 +18,11 @@ struct PlaneFit {
   int count = 0;
 };
 
+/// m = n/d: the plane's inverse depth along the ray x = (X/Z, Y/Z, 1) is m'x.
+inline Eigen::Vector3f InverseDepth(const PlaneFit& fit) {
+  return (fit.n_S / fit.d_m).cast<float>();
+}
+
 /// A cylinder in S: axis through p along l, |l| = 1; p is the axis point nearest to the points'
 /// mean.
 struct CylinderFit {

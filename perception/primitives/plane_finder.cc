@@ -10,26 +10,10 @@ namespace {
 
 constexpr int kAttempts = 12;  // hypotheses refined a frame
 constexpr int kRefinements = 3;
-constexpr int kMinPart = 20;      // pixels: smaller islands of a plane do not count
-constexpr int kInnerSupport = 8;  // of 9 pixels
-constexpr double kCornerSigmas = 5;
+constexpr int kMinPart = 20;  // pixels: smaller islands of a plane do not count
 constexpr double kPartShare = 0.05;
-constexpr double kMinFacing = 0.08;  // cosine to the view below which a plane is seen edge-on
-
-Eigen::Vector3f InverseDepthForm(const PlaneFit& fit) { return (fit.n_S / fit.d_m).cast<float>(); }
 
 }  // namespace
-
-Eigen::Matrix<double, 3, 2> RectangleAxes(const Vector3d& n, const Vector3d& up,
-                                          const Vector3d& forward) {
-  constexpr double kNearlyLevel = 0.9;
-  Eigen::Matrix<double, 3, 2> axes;
-  const bool level = std::abs(n.dot(up)) > kNearlyLevel;
-  const Vector3d e1 = level ? Vector3d(forward - n.dot(forward) * n) : Vector3d(up.cross(n));
-  axes.col(0) = e1.normalized();
-  axes.col(1) = n.cross(axes.col(0));
-  return axes;
-}
 
 void PlaneFinder::Find(DepthView& view, std::span<const PlaneFit> hints) {
   found_.clear();
@@ -40,7 +24,7 @@ void PlaneFinder::Find(DepthView& view, std::span<const PlaneFit> hints) {
   Sample(view);
   for (const PlaneFit& hint : hints) {
     if (hint.d_m < 0) {
-      const Eigen::Vector3f m = InverseDepthForm(hint);
+      const Eigen::Vector3f m = InverseDepth(hint);
       Consider(view, {m, Score(m)});
     }
   }
@@ -119,10 +103,17 @@ PlaneFinder::Hypothesis PlaneFinder::Draw(const DepthView& view) {
 /// Marks the readings within `sigmas` of the plane with 1; their number.
 int PlaneFinder::Collect(const DepthView& view, const Eigen::Vector3f& m, double sigmas) {
   const auto limit = static_cast<float>(sigmas);
+  // Where a plane crosses the range's end, readings are kept by their noise. Ask the plane, not
+  // them.
+  const double range_m = config_.plane_range_m;
+  const double end_sigma = config_.noise.SigmaInverse(1 / range_m);
+  const auto nearest = static_cast<float>(1 / range_m + (config_.inlier_sigmas + 1) * end_sigma);
   int count = 0;
   for (int i = 0; i < view.size(); ++i) {
-    const float residual = view.inverse_z(i) - (m.x() * view.x(i) + m.y() * view.y(i) + m.z());
-    const bool on = barred_[i] == 0 && std::abs(residual) * view.inverse_sigma(i) < limit;
+    const float expected = m.x() * view.x(i) + m.y() * view.y(i) + m.z();
+    const float residual = view.inverse_z(i) - expected;
+    const bool on =
+        barred_[i] == 0 && expected > nearest && std::abs(residual) * view.inverse_sigma(i) < limit;
     mark_[i] = static_cast<std::uint8_t>(on);
     if (on) {
       inlier_[count] = i;
@@ -147,7 +138,7 @@ bool PlaneFinder::Refine(const DepthView& view, Eigen::Vector3f m, PlaneFit& fit
       return false;
     }
     fit = *fitted;
-    m = InverseDepthForm(fit);
+    m = InverseDepth(fit);
   }
   return true;
 }
@@ -194,7 +185,7 @@ bool PlaneFinder::Consider(DepthView& view, const Hypothesis& hypothesis) {
   DetectedPlane plane;
   const bool fits = !found_.full() && hypothesis.score >= 4 && hypothesis.m.allFinite() &&
                     Refine(view, hypothesis.m, plane.fit) && plane.fit.chi2 < config_.chi2_max;
-  const Eigen::Vector3f m = fits ? InverseDepthForm(plane.fit) : hypothesis.m;
+  const Eigen::Vector3f m = fits ? InverseDepth(plane.fit) : hypothesis.m;
   const int marked = Collect(view, m, config_.inlier_sigmas);
   const int kept = KeepLargeParts(view, marked);
   if (fits && Bound(view, kept, plane)) {
@@ -213,117 +204,6 @@ bool PlaneFinder::Consider(DepthView& view, const Hypothesis& hypothesis) {
 void PlaneFinder::Bar(const DepthView& view) {
   for (int i = 0; i < view.size(); ++i) {
     barred_[i] |= static_cast<std::uint8_t>(mark_[i] != 0);
-  }
-}
-
-/// The fit without readings at the rim of the plane's parts or near a plane that is known already:
-/// in a corner these are of the other plane, and all on one side.
-void PlaneFinder::Polish(const DepthView& view, int count, DetectedPlane& plane) {
-  const auto limit = static_cast<float>(kCornerSigmas);
-  int inner = 0;
-  for (int k = 0; k < count; ++k) {
-    const int i = inlier_[k];
-    bool corner = false;
-    for (const DetectedPlane& other : found_) {
-      const Eigen::Vector3f m = InverseDepthForm(other.fit);
-      const float residual = view.inverse_z(i) - (m.x() * view.x(i) + m.y() * view.y(i) + m.z());
-      corner |= std::abs(residual) * view.inverse_sigma(i) < limit;
-    }
-    if (!corner && Support(view, i) >= kInnerSupport) {
-      point_[inner++] = point_[k];
-    }
-  }
-  const auto fitted = FitPlane({point_.data(), static_cast<std::size_t>(inner)}, config_.noise);
-  if (2 * inner >= count && fitted.ok()) {  // else it is too thin to be choosy
-    plane.fit = *fitted;
-    const double off_m = plane.fit.n_S.dot(plane.p_SCentroid) - plane.fit.d_m;
-    plane.p_SCentroid -= off_m * plane.fit.n_S;
-    plane.e1_S = (plane.e1_S - plane.fit.n_S.dot(plane.e1_S) * plane.fit.n_S).normalized();
-    plane.e2_S = plane.fit.n_S.cross(plane.e1_S);
-  }
-}
-
-/// Pixels of the plane among a pixel and its eight neighbours.
-int PlaneFinder::Support(const DepthView& view, int i) const {
-  const int width = view.width();
-  const int column = i % width;
-  const int row = i / width;
-  int support = 0;
-  for (int r = std::max(0, row - 1); r <= std::min(view.height() - 1, row + 1); ++r) {
-    for (int c = std::max(0, column - 1); c <= std::min(width - 1, column + 1); ++c) {
-      support += mark_[r * width + c] == 3;
-    }
-  }
-  return support;
-}
-
-/// The rectangle about the readings that are kept, from those with support on most sides.
-bool PlaneFinder::Bound(const DepthView& view, int count, DetectedPlane& plane) const {
-  if (count < static_cast<int>(config_.plane_min_share * view.size())) {
-    return false;
-  }
-  const Eigen::Matrix3d R_SW = view.X_WS().linear().transpose();
-  const auto axes = RectangleAxes(plane.fit.n_S, R_SW.col(2), R_SW.col(0));
-  plane.e1_S = axes.col(0);
-  plane.e2_S = axes.col(1);
-  Vector3d sum = Vector3d::Zero();
-  double lo[2] = {1e9, 1e9};
-  double hi[2] = {-1e9, -1e9};
-  double area_m2 = 0;
-  double sigma_m = 0;
-  double facing = 0;
-  for (int k = 0; k < count; ++k) {
-    const int i = inlier_[k];
-    const Vector3d ray(view.x(i), view.y(i), 1);
-    const double z = plane.fit.d_m / plane.fit.n_S.dot(ray);
-    const Vector3d p = z * ray;
-    const double cosine = -plane.fit.n_S.dot(ray);
-    sum += p;
-    area_m2 += z * z / (view.focal() * view.focal() * std::max(cosine, 1e-3));
-    sigma_m += z * z * config_.noise.SigmaInverse(1 / z);
-    facing += cosine / std::sqrt(ray.squaredNorm());
-    const int support = Support(view, i);
-    for (int a = 0; a < 2 && support >= 4; ++a) {
-      lo[a] = std::min(lo[a], axes.col(a).dot(p));
-      hi[a] = std::max(hi[a], axes.col(a).dot(p));
-    }
-  }
-  plane.p_SCentroid = sum / count;
-  for (int a = 0; a < 2; ++a) {
-    plane.lo_m[a] = lo[a] - axes.col(a).dot(plane.p_SCentroid);
-    plane.hi_m[a] = hi[a] - axes.col(a).dot(plane.p_SCentroid);
-  }
-  const double shorter_m = std::min(hi[0] - lo[0], hi[1] - lo[1]);
-  const double least_m =
-      std::max(config_.plane_min_extent_m, config_.plane_extent_sigmas * sigma_m / count);
-  return shorter_m >= least_m && facing / count >= kMinFacing &&
-         area_m2 >= config_.plane_min_fill * (hi[0] - lo[0]) * (hi[1] - lo[1]);
-}
-
-/// Marks all readings near the plane and about its rectangle as of a plane: no pipe is made of
-/// them.
-void PlaneFinder::Claim(DepthView& view, const DetectedPlane& plane) const {
-  const double border_m = 0.1;
-  for (int i = 0; i < view.size(); ++i) {
-    if (view.use(i) != DepthView::Use::kFree) {
-      continue;
-    }
-    const Vector3d ray(view.x(i), view.y(i), 1);
-    const double w = view.inverse_z(i);
-    const Vector3d p_S = ray / w;
-    const double off_m = std::abs(plane.fit.n_S.dot(p_S) - plane.fit.d_m);
-    const double sigma_m =
-        SurfaceSigma(p_S, plane.fit.n_S, config_.noise) * config_.plane_clear_sigmas;
-    if (off_m > std::max(sigma_m, config_.plane_clear_m)) {
-      continue;
-    }
-    const Vector3d q = p_S - plane.p_SCentroid;
-    const double a = plane.e1_S.dot(q);
-    const double b = plane.e2_S.dot(q);
-    if (a >= plane.lo_m[0] - border_m && a <= plane.hi_m[0] + border_m &&
-        b >= plane.lo_m[1] - border_m && b <= plane.hi_m[1] + border_m) {
-      view.set_use(i, DepthView::Use::kPlane);
-    }
   }
 }
 

@@ -5,6 +5,7 @@
 
 #include <Eigen/Eigenvalues>
 #include <cmath>
+#include <cstdio>
 #include <memory>
 
 #include "seen_world.h"
@@ -91,6 +92,38 @@ TEST(Detector, FindsWallsOfACellWithinWhatItStatesAndNoPipes) {
   std::printf("planes %d, mean NEES %.3f of 3\n", planes, nees / planes);
   EXPECT_GT(planes, 1.5 * kFrames);
   EXPECT_NEAR(nees / planes, 3, 0.6);
+}
+
+TEST(Detector, FindsFarWallsWithinWhatItStates) {
+  Bench bench;
+  World hall;
+  hall.planes = {{Vector3d::UnitX(), -2.6}, {-Vector3d::UnitZ(), -2.5}, {Vector3d::UnitY(), -2.4}};
+  double nees = 0;
+  int planes = 0;
+  int bad = 0;
+  for (int k = 0; k < 500; ++k) {
+    const Vector3d eye(bench.rng.Uniform(-0.5, 0.8), bench.rng.Uniform(-0.5, 0.8), 0.6);
+    const Vector3d target(-2.6, bench.rng.Uniform(-2.4, 1.0), bench.rng.Uniform(0.0, 2.5));
+    bench.Look(hall, eye, target);
+    const Isometry3d& X_WS = bench.cloud->X_WS;
+    for (const DetectedPlane& plane : bench.detector->planes()) {
+      const Vector3d n_W = X_WS.linear() * plane.fit.n_S;
+      int which = 0;
+      n_W.cwiseAbs().maxCoeff(&which);
+      const TruePlane& truth = hall.planes[which == 0 ? 0 : 3 - which];
+      Vec<4> error;
+      error << plane.fit.n_S - X_WS.linear().transpose() * truth.n_W,
+          plane.fit.d_m - (truth.d_m - truth.n_W.dot(X_WS.translation()));
+      const double of_this = Nees<4>(error, plane.fit.covariance, 3);
+      nees += of_this;
+      bad += of_this > 21.1;  // the quantile 0.9999 of chi-square with 3 degrees of freedom
+      ++planes;
+    }
+  }
+  std::printf("far planes %d, mean NEES %.3f of 3, %d beyond 0.9999\n", planes, nees / planes, bad);
+  EXPECT_GT(planes, 400);
+  EXPECT_NEAR(nees / planes, 3, 0.6);
+  EXPECT_LE(bad, planes / 200);
 }
 
 TEST(Detector, FindsPipesWithinWhatItStates) {
