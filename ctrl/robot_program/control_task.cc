@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include "ctrl/robot_program/control_task.h"
 
+#include <algorithm>
+#include <cmath>
+
 #include "platform/robot/shapes.h"
 
 namespace pipewright {
@@ -18,13 +21,19 @@ EnvelopeConfig EnvelopeOf(const RobotModel<kArmJoints>& robot, const ControlTask
   return e;
 }
 
+int CyclesPerArmCycle(const ControlTaskConfig& config) {
+  const double cycles = 1e-3 * config.arm.cycle_ms / config.law.constraints.period_s;
+  return cycles > 1 ? static_cast<int>(std::lround(std::min(cycles, 1000.0))) : 1;
+}
+
 ControlTask::ControlTask(const ControlTaskConfig& config, const RobotModel<kArmJoints>& robot)
     : config_(config),
       base_(config.base),
       arm_(config.arm),
       odometry_(config.odometry),
       law_(config.law, robot, TracerUf7Shapes()),
-      envelope_(EnvelopeOf(robot, config)) {
+      envelope_(EnvelopeOf(robot, config)),
+      arm_every_(CyclesPerArmCycle(config)) {
   odometry_.Reset(config.start);
 }
 
@@ -74,9 +83,12 @@ const ControlReport& ControlTask::Step(Time now, const Scene& scene, const Dista
 
   // A driver that is not ready, or is given what its frame cannot carry, sends zero.
   static_cast<void>(base_.Command(report_.sent(0), report_.sent(1)));
-  static_cast<void>(arm_.Command(report_.sent.tail<kArmJoints>()));
   base_.Step(now, base_out);
-  arm_.Step(now, arm_out);
+  if (--arm_wait_ <= 0) {
+    arm_wait_ = arm_every_;
+    static_cast<void>(arm_.Command(report_.sent.tail<kArmJoints>()));
+    arm_.Step(now, arm_out);
+  }
   report_.phase = Phase();
   report_.base_fault = base_.fault();
   report_.arm_fault = arm_.fault();

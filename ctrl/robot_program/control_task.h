@@ -17,13 +17,17 @@ struct ControlTaskConfig {
   WholeBodyConfig law;
   WheelOdometryConfig odometry;
   TracerDriverConfig base;
-  ArmDriverConfig arm;
-  BasePose start;  ///< where the robot stands when it is switched on
+  ArmDriverConfig arm;  ///< its cycle_ms, in whole periods of the law, is the arm's bus cycle
+  BasePose start;       ///< where the robot stands when it is switched on
   Duration state_timeout = std::chrono::milliseconds(50);
 };
 
 /// Limits of the robot as the envelope wants them. period = that of the law.
 EnvelopeConfig EnvelopeOf(const RobotModel<kArmJoints>& robot, const ControlTaskConfig& config);
+
+/// Control cycles to one cycle of the arm's bus, at least 1: the law may run faster than the bus
+/// carries seven commands, SYNC and seven answers.
+int CyclesPerArmCycle(const ControlTaskConfig& config);
 
 enum class ControlPhase : std::uint8_t {
   kStarting,  ///< devices are being found, configured and enabled
@@ -91,6 +95,8 @@ class ControlTask {
   WholeBodyController law_;
   Envelope envelope_;
   Time last_twist_{};
+  int arm_every_;     ///< cycles
+  int arm_wait_ = 0;  ///< cycles until the arm's next
   bool stopping_ = false;
   ControlReport report_;
 };

@@ -11,7 +11,10 @@
 #include <map>
 #include <memory>
 
+#include "hil/cli/bus_choice.h"
+#include "hil/cli/can_interfaces.h"
 #include "hil/cli/inspection.h"
+#include "hil/cli/realtime_run.h"
 #include "hil/cli/virtual_run.h"
 
 namespace pipewright::hil {
@@ -53,31 +56,29 @@ void ShowProgress(const RunProgress& p, bool terminal) {
   }
 }
 
-int Inspect(const InspectionOptions& options) {
-  const ScenarioResult loaded = LoadScenario(options.scenario);
-  if (!loaded.scenario) {
-    for (const std::string& error : loaded.errors) {
-      fmt::print(stderr, "pipewright: {}\n", error);
-    }
-    return kBadInput;
+/// Opens the wires that --bus names, if they are the kernel's. @returns an error in words, or
+/// nothing
+std::string OpenBus(const InspectionOptions& options, const BusChoice& bus,
+                    CanInterfaces* interfaces) {
+  if (std::string error = RateError(options.rate_hz, bus.shared); !error.empty()) {
+    return error;
   }
-  RunFolder folder;
-  if (const std::string error =
-          folder.Open(FolderOf(*loaded.scenario, options), Head(*loaded.scenario, options));
-      !error.empty()) {
-    fmt::print(stderr, "pipewright: {}\n", error);
-    return kBadInput;
+  if (!bus.is_virtual()) {
+    return interfaces->Open(bus.interfaces, !options.no_devices);
   }
+  return options.no_devices ? "--no-devices: a loopback bus has none but the emulated ones" : "";
+}
+
+RunHooks Hooks(bool terminal) {
   std::signal(SIGINT, OnInterrupt);
   std::signal(SIGTERM, OnInterrupt);
-  const bool terminal = isatty(STDERR_FILENO) == 1;
   RunHooks hooks;
   hooks.progress = [terminal](const RunProgress& p) { ShowProgress(p, terminal); };
   hooks.interrupted = [] { return interrupted.load(); };
-  const nlohmann::ordered_json run = RunVirtual(*loaded.scenario, options, folder, hooks);
-  if (terminal) {
-    fmt::print(stderr, "\r\033[K");
-  }
+  return hooks;
+}
+
+int Report(const InspectionOptions& options, const nlohmann::ordered_json& run, RunFolder& folder) {
   folder.Text("run.json", run.dump(2) + "\n");
   if (const std::string error = folder.Close(); !error.empty()) {
     fmt::print(stderr, "pipewright: {}\n", error);
@@ -89,6 +90,40 @@ int Inspect(const InspectionOptions& options) {
     fmt::print("{}", RunTable(run, folder.path().string()));
   }
   return Passed(run) ? kOk : kFailed;
+}
+
+int Inspect(const InspectionOptions& options) {
+  const ScenarioResult loaded = LoadScenario(options.scenario);
+  if (!loaded.scenario) {
+    for (const std::string& error : loaded.errors) {
+      fmt::print(stderr, "pipewright: {}\n", error);
+    }
+    return kBadInput;
+  }
+  const Scenario& scenario = *loaded.scenario;
+  std::string error;
+  const BusChoice bus = ParseBus(options.bus, &error);
+  CanInterfaces interfaces;
+  RunFolder folder;
+  if (error.empty()) {
+    error = OpenBus(options, bus, &interfaces);
+  }
+  if (error.empty()) {
+    error = folder.Open(FolderOf(scenario, options), Head(scenario, options));
+  }
+  if (!error.empty()) {
+    fmt::print(stderr, "pipewright: {}\n", error);
+    return kBadInput;
+  }
+  const bool terminal = isatty(STDERR_FILENO) == 1;
+  const RunHooks hooks = Hooks(terminal);
+  const nlohmann::ordered_json run =
+      bus.is_virtual() ? RunVirtual(scenario, options, folder, hooks)
+                       : RunRealtime(interfaces.Ports(), scenario, options, folder, hooks);
+  if (terminal) {
+    fmt::print(stderr, "\r\033[K");
+  }
+  return Report(options, run, folder);
 }
 
 }  // namespace
@@ -121,12 +156,20 @@ void AddInspect(CLI::App& app, int* exit_code) {
                    "probability that each uncertain constraint holds, in [0.5, 1)")
       ->check(CLI::Range(0.5, 0.999999))
       ->capture_default_str();
-  command->add_option("--rate", options->rate_hz, "of the control task, Hz")
+  command
+      ->add_option("--rate", options->rate_hz,
+                   "of the control task, Hz: a whole number of ms, at most 125 on one bus for all")
       ->check(CLI::Range(50.0, 1000.0))
       ->capture_default_str();
   command->add_flag("--realtime", options->realtime, "keep pace with the wall clock");
-  command->add_option("--bus", options->bus, "loopback, or one CAN interface, or base,arm")
+  command
+      ->add_option("--bus", options->bus,
+                   "in virtual time: loopback (two buses) or loopback-shared (one);\n"
+                   "in real time: a CAN interface for all (can0), or base,arm (can0,can1)")
       ->capture_default_str();
+  command->add_flag("--no-devices", options->no_devices,
+                    "the devices are elsewhere on the interface: emulate none. Without them the\n"
+                    "camera cannot be emulated either, so the mission ends with a device fault");
   command->add_option("--out", options->out,
                       "folder for the evidence (default: runs/SCENARIO-PLANNER-SEED)");
   command->add_option("--time-limit", options->time_limit_s, "of simulated time, s")

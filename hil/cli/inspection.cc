@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "hil/cli/inspection.h"
 
+#include "hil/cli/bus_choice.h"
 #include "platform/robot/uf7.h"
 
 namespace pipewright::hil {
@@ -40,6 +41,8 @@ RobotProgramConfig ProgramConfig(const Scenario& scenario, const InspectionOptio
   control.start.phi_rad = scenario.start.yaw_rad;
   control.odometry.track_m = TracerUf7().base.track_m;
   control.law.constraints.period_s = 1 / options.rate_hz;
+  std::string error;
+  control.arm.cycle_ms = ArmCycle_ms(options.rate_hz, ParseBus(options.bus, &error).shared);
   control.law.constraints.svfi = options.svfi;
   control.law.constraints.alpha = options.alpha;
   if (options.planner == PlannerKind::kCfnbv) {

@@ -18,7 +18,9 @@ struct InspectionOptions {
   double alpha = 0.7;
   double rate_hz = 100;
   bool realtime = false;
-  std::string bus = "loopback";  ///< or IFACE, or IFACE,IFACE: the base's, the arm's
+  std::string bus = "loopback";  ///< see BusChoice
+  bool no_devices = false;       ///< on a real bus: the devices are elsewhere
+  bool ask_fifo = true;          ///< on a real bus: real-time scheduling and locked memory
   std::string out;               ///< empty: runs/<scenario>-<planner>-<seed>
   bool json = false;
   double time_limit_s = 1800;  ///< of simulated time

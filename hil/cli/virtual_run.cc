@@ -5,12 +5,13 @@
 
 #include <algorithm>
 #include <chrono>
-#include <cmath>
+#include <deque>
 #include <memory>
-#include <numbers>
+#include <optional>
 #include <thread>
 
 #include "hil/cli/heap_watch.h"
+#include "hil/cli/truth_watch.h"
 #include "platform/can/cia402.h"
 #include "platform/can/loopback_bus.h"
 #include "platform/can/tracer.h"
@@ -36,61 +37,85 @@ RobotProgramConfig Timed(RobotProgramConfig config) {
   return config;
 }
 
-/// The buses of one run, with a listener on each for can.log.
+/// The buses of one run, with a listener on each for can.log: the base's and the arm's, or one for
+/// both, on which every device is a node of its own.
 class Wires {
  public:
-  Wires()
-      : base_(can::kTracerBitrate),
-        arm_(can::kArmBitrate),
-        robot_base_(*base_.Attach()),
-        robot_arm_(*arm_.Attach()),
-        device_base_(*base_.Attach()),
-        device_arm_(*arm_.Attach()),
-        base_port_(device_base_),
-        arm_port_(device_arm_),
-        base_tap_(*base_.AttachListener()),
-        arm_tap_(*arm_.AttachListener()) {}
+  explicit Wires(bool shared) : base_(can::kTracerBitrate), robot_base_(*base_.Attach()) {
+    AddDevices(base_, shared ? kDevices : 1);
+    if (!shared) {
+      arm_.emplace(can::kArmBitrate);
+      robot_arm_ = arm_->Attach();
+      AddDevices(*arm_, 1);
+      arm_tap_ = arm_->AttachListener();
+    }
+    base_tap_ = base_.AttachListener();
+  }
 
-  std::vector<Port*> DevicePorts() { return {&base_port_, &arm_port_}; }
+  std::vector<Port*> DevicePorts() {
+    std::vector<Port*> ports;
+    for (PortOf<can::LoopbackBus::Port>& port : devices_) {
+      ports.push_back(&port);
+    }
+    return ports;
+  }
   can::LoopbackBus::Port& robot_base() { return robot_base_; }
-  can::LoopbackBus::Port& robot_arm() { return robot_arm_; }
+  can::LoopbackBus::Port& robot_arm() { return *robot_arm_; }
 
   void AdvanceTo(Time now, RunFolder& folder) {
     base_.AdvanceTo(now);
-    arm_.AdvanceTo(now);
     can::Frame frame;
-    while (base_tap_.Receive(frame)) {
+    while (base_tap_->Receive(frame)) {
       folder.Can(frame, "can0");
     }
-    while (arm_tap_.Receive(frame)) {
-      folder.Can(frame, "can1");
+    if (arm_) {
+      arm_->AdvanceTo(now);
+      while (arm_tap_->Receive(frame)) {
+        folder.Can(frame, "can1");
+      }
     }
   }
 
-  /// As the robot's two ports saw it.
+  /// As the robot's ports saw it; what any device's lost is counted too.
   CanFigures Figures() const {
     CanFigures figures;
-    for (const can::LoopbackBus::Port* port : {&robot_base_, &robot_arm_}) {
-      const can::PortCounters& c = port->counters();
-      figures.tx += c.tx;
-      figures.rx += c.rx;
-      figures.dropped += c.tx_dropped + c.rx_dropped;
+    Add(robot_base_, figures);
+    for (const can::LoopbackBus::Port* device : device_ports_) {
+      figures.dropped += Dropped(*device);
     }
-    figures.load_peak = std::max(base_.PeakLoad(), arm_.PeakLoad());
+    figures.load_peak = base_.PeakLoad();
+    if (arm_) {
+      Add(*robot_arm_, figures);
+      figures.load_peak = std::max(figures.load_peak, arm_->PeakLoad());
+    }
     return figures;
   }
 
  private:
+  void AddDevices(can::LoopbackBus& bus, int count) {
+    for (int i = 0; i < count; ++i) {
+      can::LoopbackBus::Port& port = *bus.Attach();
+      device_ports_.push_back(&port);
+      devices_.emplace_back(port);
+    }
+  }
+  static std::uint64_t Dropped(const can::LoopbackBus::Port& port) {
+    return port.counters().tx_dropped + port.counters().rx_dropped;
+  }
+  static void Add(const can::LoopbackBus::Port& port, CanFigures& figures) {
+    figures.tx += port.counters().tx;
+    figures.rx += port.counters().rx;
+    figures.dropped += Dropped(port);
+  }
+
   can::LoopbackBus base_;
-  can::LoopbackBus arm_;
+  std::optional<can::LoopbackBus> arm_;
   can::LoopbackBus::Port& robot_base_;
-  can::LoopbackBus::Port& robot_arm_;
-  can::LoopbackBus::Port& device_base_;
-  can::LoopbackBus::Port& device_arm_;
-  PortOf<can::LoopbackBus::Port> base_port_;
-  PortOf<can::LoopbackBus::Port> arm_port_;
-  can::LoopbackBus::Port& base_tap_;
-  can::LoopbackBus::Port& arm_tap_;
+  can::LoopbackBus::Port* robot_arm_ = &robot_base_;
+  std::vector<const can::LoopbackBus::Port*> device_ports_;
+  std::deque<PortOf<can::LoopbackBus::Port>> devices_;
+  can::LoopbackBus::Port* base_tap_ = nullptr;
+  can::LoopbackBus::Port* arm_tap_ = nullptr;
 };
 
 std::string FaultText(const char* device, const DeviceFault& fault) {
@@ -110,6 +135,7 @@ class VirtualRun {
         options_(options),
         folder_(folder),
         hooks_(hooks),
+        wires_(options.bus == "loopback-shared"),
         program_(
             std::make_unique<RobotProgram>(Timed(ProgramConfig(scenario, options)), TracerUf7())),
         emulator_(scenario, HomeJoints(TracerUf7()), options.seed, wires_.DevicePorts()),
@@ -123,7 +149,6 @@ class VirtualRun {
   void Cycle();
   void See();
   void Plan();
-  void Watch(const ControlReport& report);
   bool Done() const;
 
   const Scenario& scenario_;
@@ -144,24 +169,6 @@ class VirtualRun {
   WallClock::time_point wall_start_;
 };
 
-void VirtualRun::Watch(const ControlReport& report) {
-  const Plant& plant = emulator_.plant();
-  const auto over =
-      (plant.joints_rad() - plant.upper_rad()).cwiseMax(plant.lower_rad() - plant.joints_rad());
-  figures_.joint_limit_excess_rad =
-      figures_.cycles == 1 ? over.maxCoeff()
-                           : std::max(figures_.joint_limit_excess_rad, over.maxCoeff());
-  if (report.state.valid) {
-    const BasePose& truth = plant.base();
-    figures_.pose_error_m =
-        std::max(figures_.pose_error_m,
-                 std::hypot(report.state.q(0) - truth.x_m, report.state.q(1) - truth.y_m));
-    figures_.pose_error_rad =
-        std::max(figures_.pose_error_rad,
-                 std::abs(std::remainder(report.state.q(2) - truth.yaw_rad, 2 * std::numbers::pi)));
-  }
-}
-
 void VirtualRun::Cycle() {
   const WallClock::time_point start = WallClock::now();
   const HeapWatch heap;
@@ -169,11 +176,8 @@ void VirtualRun::Cycle() {
   figures_.heap_allocations += heap.allocations();
   figures_.cycle_us.push_back(static_cast<float>(Microseconds(start)));
   figures_.Add(report);
-  Watch(report);
   const Clearance& clearance = emulator_.Measure(now_);
-  if (figures_.covered_95_s < 0 && emulator_.truth().coverage().ratio >= 0.95) {
-    figures_.covered_95_s = ToSeconds(now_);
-  }
+  WatchTruth(report, emulator_, figures_);
   folder_.Trace(report, emulator_.plant(), clearance, program_->mapping().map().counts());
 }
 

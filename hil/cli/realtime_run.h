@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "hil/cli/virtual_run.h"
+#include "hil/devices/port.h"
+
+namespace pipewright::hil {
+
+/// The wires of a run in real time. Each port is used by one thread: the robot's by its control
+/// thread, the devices' by the emulator's, the taps by the caller's. Frames are stamped with Now().
+struct RealtimePorts {
+  struct Tap {
+    Port* port = nullptr;
+    std::string name;  ///< of the interface, for can.log
+  };
+
+  Port* base = nullptr;
+  Port* arm = nullptr;         ///< the base's: one bus for both
+  std::vector<Port*> devices;  ///< as Emulator takes them; empty: the devices are elsewhere
+  std::vector<Tap> taps;       ///< that hear everything
+};
+
+/// The robot program on three threads and the machine's clock; the emulated devices, camera and
+/// truth on a fourth, in steps of 1 ms; this thread writes can.log and plan.jsonl. The folder's
+/// files are those of a virtual run, and run.json has "realtime" besides.
+///
+/// Without devices there is no plant, and so no camera: whatever answers on the bus, the mission
+/// ends with a device fault. true_* of trace.csv then stay at the scenario's start.
+/// @returns run.json's object
+nlohmann::ordered_json RunRealtime(const RealtimePorts& ports, const Scenario& scenario,
+                                   const InspectionOptions& options, RunFolder& folder,
+                                   const RunHooks& hooks);
+
+}  // namespace pipewright::hil
