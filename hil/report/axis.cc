@@ -52,8 +52,9 @@ Axis LinearAxis(double lo, double hi, int intervals) {
   Axis axis;
   const double first = std::floor(lo / step + 1e-9);
   const double last = std::ceil(hi / step - 1e-9);
-  for (double k = first; k <= last; k += 1) {
-    axis.ticks.push_back(k * step);
+  const int intervals_taken = static_cast<int>(last - first);
+  for (int k = 0; k <= intervals_taken; ++k) {
+    axis.ticks.push_back((first + k) * step);
   }
   axis.lo = first * step;
   axis.hi = last * step;

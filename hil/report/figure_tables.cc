@@ -134,7 +134,7 @@ std::string ValueText(const Json& value, const Known& known) {
 void AddRows(std::string& html, const std::string& key, const Json& value) {
   if (value.is_object()) {
     for (const auto& [name, item] : value.items()) {
-      AddRows(html, key + "." + name, item);
+      AddRows(html, fmt::format("{}.{}", key, name), item);
     }
     return;
   }

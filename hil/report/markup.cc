@@ -65,14 +65,8 @@ std::string Number(double value) {
     return "–";
   }
   const double size = std::abs(value);
-  std::string digits;
-  if (size < 1e15 && size == std::floor(size)) {
-    digits = fmt::format("{:.0f}", size);
-  } else if (size >= 1000) {
-    digits = fmt::format("{:.0f}", size);
-  } else {
-    digits = fmt::format("{:.4g}", size);
-  }
+  const bool whole = size < 1e15 && (size >= 1000 || size == std::floor(size));
+  std::string digits = whole ? fmt::format("{:.0f}", size) : fmt::format("{:.4g}", size);
   const std::string sign(value < 0 ? kMinus : "");
   if (const std::size_t e = digits.find('e'); e != std::string::npos) {
     const int power = std::stoi(digits.substr(e + 1));

@@ -176,9 +176,11 @@ std::string Words(const Json& run, const std::vector<Check>& checks) {
   const Json* stop = Find(run, "/stop_reason");
   const Json* detail = Find(run, "/stop_detail");
   const bool has_stop = stop != nullptr && stop->is_string();
-  std::string reason = "Mission " + (has_stop ? stop->get<std::string>() : std::string("unknown"));
-  if (has_stop && *stop != "complete") {
-    reason = "Mission stopped: " + stop->get<std::string>();
+  std::string reason = "Mission without a result";
+  if (has_stop && *stop == "running") {
+    reason = "Mission under way, or cut off before its figures were written";
+  } else if (has_stop) {
+    reason = (*stop == "complete" ? "Mission " : "Mission stopped: ") + stop->get<std::string>();
   }
   if (detail != nullptr && detail->is_string() && !detail->get_ref<const std::string&>().empty()) {
     reason += " – " + detail->get<std::string>();

@@ -34,6 +34,7 @@ TEST(Number, IsReadable) {
       {999.97, "1000"},
       {7.7947e-14, "7.795e−14"},
       {-2e-5, "−2e−5"},
+      {1e300, "1e300"},
   };
   for (const Case& c : kCases) {
     EXPECT_EQ(Number(c.value), c.text);
