@@ -59,17 +59,18 @@ radius_m = 0.1
 
 class WorldViewTest : public testing::Test {
  protected:
-  WorldViewTest() {
+  // One folder for all tests: what can be covered is computed once.
+  static void SetUpTestSuite() {
     folder_ = std::filesystem::path(testing::TempDir()) / "pipewright_world_view_test";
     std::filesystem::remove_all(folder_);
     setenv("XDG_CACHE_HOME", folder_.c_str(), 1);
   }
-  ~WorldViewTest() override {
+  static void TearDownTestSuite() {
     unsetenv("XDG_CACHE_HOME");
     std::filesystem::remove_all(folder_);
   }
 
-  std::filesystem::path folder_;
+  static inline std::filesystem::path folder_;
 };
 
 TEST_F(WorldViewTest, TellsCoveredMissedAndOutOfReachApart) {
