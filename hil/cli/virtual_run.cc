@@ -11,6 +11,7 @@
 #include <thread>
 
 #include "hil/cli/heap_watch.h"
+#include "hil/cli/report_page.h"
 #include "hil/cli/truth_watch.h"
 #include "platform/can/cia402.h"
 #include "platform/can/loopback_bus.h"
@@ -24,6 +25,7 @@ using std::chrono_literals::operator""s;
 using WallClock = std::chrono::steady_clock;
 
 constexpr Duration kPlanPeriod = std::chrono::milliseconds(50);
+constexpr Duration kSamplePeriod = std::chrono::milliseconds(100);  ///< of the report's slow plots
 constexpr Duration kStopTimeout = 5s;  ///< for the robot to come to rest and be disabled
 
 double Microseconds(WallClock::time_point since) {
@@ -76,6 +78,9 @@ class Wires {
     }
   }
 
+  double BaseLoad() const { return base_.Load(); }
+  double ArmLoad() const { return arm_ ? arm_->Load() : base_.Load(); }
+
   /// As the robot's ports saw it; what any device's lost is counted too.
   CanFigures Figures() const {
     CanFigures figures;
@@ -127,6 +132,29 @@ std::string FaultText(const char* device, const DeviceFault& fault) {
                      fault.detail != 0 ? fmt::format(" (0x{:X})", fault.detail) : "");
 }
 
+/// Why a mission whose devices are well did not complete.
+std::string Reason(const MissionOutput& mission) {
+  const PlanNumbers& n = mission.numbers;
+  switch (mission.stop) {
+    case StopReason::kNoReachableView:
+      return fmt::format(
+          "no view that would show or cover more can be reached from here; left: {} unknown voxels "
+          "at the border of the known, {} surface voxels not covered",
+          n.unknown_targets, n.uncovered_targets);
+    case StopReason::kStuck:
+      return "goal after goal stalled, and nothing new was seen or covered";
+    case StopReason::kTimeout:
+      return "the time limit came first; --time-limit raises it";
+    case StopReason::kDeviceFault:
+      return "the devices were not ready in time";
+    case StopReason::kNone:
+      return "interrupted";
+    case StopReason::kComplete:
+      break;
+  }
+  return "";
+}
+
 class VirtualRun {
  public:
   VirtualRun(const Scenario& scenario, const InspectionOptions& options, RunFolder& folder,
@@ -139,6 +167,7 @@ class VirtualRun {
         program_(
             std::make_unique<RobotProgram>(Timed(ProgramConfig(scenario, options)), TracerUf7())),
         emulator_(scenario, HomeJoints(TracerUf7()), options.seed, wires_.DevicePorts()),
+        recorder_(LimitsOf(ProgramConfig(scenario, options))),
         frame_(std::make_unique<DepthFrame>()),
         period_(FromSeconds(1 / options.rate_hz)) {}
 
@@ -158,11 +187,14 @@ class VirtualRun {
   Wires wires_;
   std::unique_ptr<RobotProgram> program_;
   Emulator emulator_;
+  RunRecorder recorder_;
+  nlohmann::ordered_json plan_ = nlohmann::ordered_json::array();
   std::unique_ptr<DepthFrame> frame_;
   Duration period_;
   Time now_{};
   Time next_cycle_{};
   Time next_plan_{};
+  Time next_sample_{};
   Time next_progress_{};
   std::optional<Time> stopping_since_;
   RunFigures figures_;
@@ -174,10 +206,12 @@ void VirtualRun::Cycle() {
   const HeapWatch heap;
   const ControlReport& report = program_->Control(wires_.robot_base(), wires_.robot_arm(), now_);
   figures_.heap_allocations += heap.allocations();
-  figures_.cycle_us.push_back(static_cast<float>(Microseconds(start)));
+  const double cycle_us = Microseconds(start);
+  figures_.cycle_us.push_back(static_cast<float>(cycle_us));
   figures_.Add(report);
   const Clearance& clearance = emulator_.Measure(now_);
   WatchTruth(report, emulator_, figures_);
+  recorder_.Cycle(ToSeconds(now_), CycleSampleOf(report, clearance, cycle_us));
   folder_.Trace(report, emulator_.plant(), clearance, program_->mapping().map().counts());
 }
 
@@ -215,6 +249,11 @@ void VirtualRun::Tick() {
       program_->RequestStop();
       stopping_since_ = stopping_since_.value_or(now_);
     }
+  }
+  if (now_ >= next_sample_) {
+    next_sample_ += kSamplePeriod;
+    recorder_.Map(ToSeconds(now_), MapSampleOf(program_->mapping().map(), emulator_,
+                                               wires_.BaseLoad(), wires_.ArmLoad()));
   }
   if (now_ >= next_progress_) {
     next_progress_ = now_ + Duration{1s};
@@ -254,8 +293,10 @@ nlohmann::ordered_json VirtualRun::Run() {
   folder_.Map(program_->mapping().map());
   const std::string detail = StopDetail(program_->planning().output(), program_->control().report(),
                                         program_->camera_lost());
-  return RunJson(options_, scenario_.name, *program_, emulator_, figures_, wires_.Figures(), now_,
-                 detail);
+  nlohmann::ordered_json run = RunJson(options_, scenario_.name, *program_, emulator_, figures_,
+                                       wires_.Figures(), now_, detail);
+  folder_.Text("report.html", ReportPage(run, plan_, recorder_, scenario_, emulator_.truth()));
+  return run;
 }
 
 }  // namespace
@@ -266,12 +307,14 @@ std::string StopDetail(const MissionOutput& mission, const ControlReport& report
     return "";
   }
   std::string text;
-  for (const std::string& fault :
-       {FaultText("base", report.base_fault), FaultText("arm", report.arm_fault),
-        std::string(camera_lost ? "camera: no frames" : "")}) {
-    if (!fault.empty()) {
-      text += (text.empty() ? "" : "; ") + fault;
-    }
+  const auto add = [&text](const std::string& what) {
+    text += (text.empty() || what.empty() ? "" : "; ") + what;
+  };
+  add(FaultText("base", report.base_fault));
+  add(FaultText("arm", report.arm_fault));
+  add(camera_lost ? "camera: sends no frame that can be used" : "");
+  if (text.empty()) {
+    add(Reason(mission));
   }
   return text;
 }
