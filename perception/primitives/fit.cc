@@ -9,7 +9,8 @@ namespace pipewright {
 namespace {
 
 constexpr int kSteps = 12;
-constexpr double kSettled = 1e-6;   // m, rad: far below any noise
+constexpr double kSettled = 1e-5;   // m, rad: the step after it would be far smaller
+constexpr double kNear = 3e-4;      // where the exact residuals take over
 constexpr double kLargeTilt = 0.7;  // a step beyond this is no refinement
 constexpr double kLongStep_m = 0.3;
 constexpr double kGrazing = 0.2;
@@ -175,7 +176,7 @@ namespace {
 
 /// Gauss-Newton steps over `sums_at(fit, e1, e2, readings used)` until they settle.
 template <typename SumsAt>
-Status Descend(CylinderFit& fit, const Vector3d& mean, const SumsAt& sums_at) {
+Status Descend(CylinderFit& fit, const Vector3d& mean, double settled, const SumsAt& sums_at) {
   for (int step = 0; step < kSteps; ++step) {
     fit.p_S += fit.l_S.dot(mean - fit.p_S) * fit.l_S;
     const Vector3d e1 = fit.l_S.unitOrthogonal();
@@ -191,7 +192,7 @@ Status Descend(CylinderFit& fit, const Vector3d& mean, const SumsAt& sums_at) {
         delta.head<2>().cwiseAbs().maxCoeff() > kLongStep_m || fit.radius_m + delta(4) <= 0) {
       return Status::kInfeasible;
     }
-    if (delta.cwiseAbs().maxCoeff() < kSettled) {
+    if (delta.cwiseAbs().maxCoeff() < settled) {
       fit.count = used;
       fit.chi2 = sums.chi2 / (used - 5);
       Mat<7, 5> G = Mat<7, 5>::Zero();
@@ -217,22 +218,23 @@ Result<CylinderFit> FitCylinder(std::span<const Eigen::Vector3f> p_SQ, const Cyl
     return Status::kInfeasible;
   }
   const Vector3d mean = Mean(p_SQ);
-  CylinderFit near = start;
-  const Status found = Descend(
-      near, mean, [&](const CylinderFit& at, const Vector3d& e1, const Vector3d& e2, int& used) {
-        used = count;
-        return Sum(p_SQ, at, e1, e2, noise);
-      });
-  if (found != Status::kOk) {
-    return found;
+  const auto off_surface = [&](const CylinderFit& at, const Vector3d& e1, const Vector3d& e2,
+                               int& used) {
+    used = count;
+    return Sum(p_SQ, at, e1, e2, noise);
+  };
+  const auto along_rays = [&](const CylinderFit& at, const Vector3d& e1, const Vector3d& e2,
+                              int& used) { return SumAlongRays(p_SQ, at, e1, e2, noise, used); };
+  CylinderFit fit = start;
+  if (const Status s = Descend(fit, mean, kNear, off_surface); s != Status::kOk) {
+    return s;
   }
-  CylinderFit exact = near;
-  const Status refined = Descend(
-      exact, mean, [&](const CylinderFit& at, const Vector3d& e1, const Vector3d& e2, int& used) {
-        return SumAlongRays(p_SQ, at, e1, e2, noise, used);
-      });
-  const bool better = refined == Status::kOk && exact.count > kMinHits * count;
-  return better ? exact : near;
+  CylinderFit exact = fit;
+  if (Descend(exact, mean, kSettled, along_rays) == Status::kOk && exact.count > kMinHits * count) {
+    return exact;
+  }
+  const Status s = Descend(fit, mean, kSettled, off_surface);
+  return s == Status::kOk ? Result<CylinderFit>(fit) : s;
 }
 
 }  // namespace pipewright

@@ -45,7 +45,7 @@ class PipeFinder {
  private:
   static constexpr int kMaxSamples = 512;
   static constexpr int kMaxPatch = 256;
-  static constexpr int kMaxPoints = 4096;  ///< of one pipe; more are thinned
+  static constexpr int kMaxPoints = 1200;  ///< of one pipe; more are thinned
 
   struct Reading {
     int pixel = 0;
@@ -84,7 +84,9 @@ class PipeFinder {
   int samples_ = 0;
   std::array<int, kMaxSamples> sample_{};
   std::array<int, kMaxPatch> patch_{};
-  std::array<int, kMaxPoints> inlier_{};
+  // Readings that agree with the pipe that is looked at, and those it is fitted to.
+  std::array<int, DepthView::kMaxPixels> agree_{};
+  std::array<float, DepthView::kMaxPixels> along_m_{};
   std::array<Eigen::Vector3f, kMaxPoints> point_;
 };
 

@@ -34,7 +34,8 @@ int PipeFinder::Collect(const CylinderFit& pipe, DetectedPipe& bounds) {
   for (int k = 0; k < readings_; ++k) {
     if (barred_[k] == 0 && Agrees(reading_[k], pipe, s_m)) {
       ++histogram[BinOf(s_m)];
-      ++agree;
+      agree_[agree] = k;
+      along_m_[agree++] = static_cast<float>(s_m);
     }
   }
   const int fullest =
@@ -54,19 +55,16 @@ int PipeFinder::Collect(const CylinderFit& pipe, DetectedPipe& bounds) {
   const int step = 1 + agree / kMaxPoints;
   int passed = 0;
   int count = 0;
-  for (int k = 0; k < readings_; ++k) {
-    if (barred_[k] != 0 || !Agrees(reading_[k], pipe, s_m)) {
-      continue;
-    }
-    const int bin = BinOf(s_m);
+  for (int k = 0; k < agree; ++k) {
+    const double along_m = along_m_[k];
+    const int bin = BinOf(along_m);
     if (bin < first || bin > last) {
       continue;
     }
-    bounds.lo_m = std::min(bounds.lo_m, s_m);
-    bounds.hi_m = std::max(bounds.hi_m, s_m);
+    bounds.lo_m = std::min(bounds.lo_m, along_m);
+    bounds.hi_m = std::max(bounds.hi_m, along_m);
     if (passed++ % step == 0) {
-      inlier_[count] = k;
-      point_[count++] = reading_[k].p_S;
+      point_[count++] = reading_[agree_[k]].p_S;
     }
   }
   return count;
