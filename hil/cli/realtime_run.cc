@@ -2,15 +2,14 @@
 #include "hil/cli/realtime_run.h"
 
 #include <algorithm>
-#include <atomic>
 #include <cstring>
 #include <memory>
-#include <thread>
 
 #include "ctrl/robot_program/threads.h"
+#include "hil/cli/emulator_thread.h"
 #include "hil/cli/heap_watch.h"
+#include "hil/cli/report_page.h"
 #include "hil/cli/run_port.h"
-#include "hil/cli/truth_watch.h"
 #include "platform/can/cia402.h"
 #include "platform/can/tracer.h"
 #include "platform/core/handover.h"
@@ -40,25 +39,12 @@ struct Tap {
   std::string name;
 };
 
-/// One control cycle, on its way from the control thread to the emulator's.
-struct CycleRecord {
-  ControlReport report;
-  Duration took{};
-  std::uint64_t allocations = 0;
-};
-
 /// One planning step, on its way from the planning thread to the main one.
 struct PlanRecord {
   Time now{};
   MissionOutput output;
   Goal goal;
   Duration took{};
-};
-
-/// What the emulator's thread knows, for a person who waits.
-struct TruthNow {
-  Truth::Coverage coverage;
-  int contacts = 0;
 };
 
 class RealtimeRun final : public ThreadObserver {
@@ -69,14 +55,13 @@ class RealtimeRun final : public ThreadObserver {
         options_(options),
         folder_(folder),
         hooks_(hooks),
-        with_devices_(!ports.devices.empty()),
         base_(*ports.base, epoch_),
         arm_(*ports.arm, epoch_),
         shared_(ports.base == ports.arm),
         program_(
             std::make_unique<RobotProgram>(Timed(ProgramConfig(scenario, options)), TracerUf7())),
-        emulator_(scenario, HomeJoints(TracerUf7()), options.seed,
-                  with_devices_ ? ports.devices : std::vector<Port*>{&nowhere_}) {
+        emulation_(scenario, options, ports.devices, folder,
+                   LimitsOf(ProgramConfig(scenario, options))) {
     for (const RealtimePorts::Tap& tap : ports.taps) {
       const bool arm_alone = taps_.size() == 1;
       taps_.push_back({RunPort(*tap.port, epoch_),
@@ -87,19 +72,10 @@ class RealtimeRun final : public ThreadObserver {
   nlohmann::ordered_json Run();
 
  private:
-  struct NoPort final : Port {
-    Status Send(const can::Frame&) override { return Status::kUnavailable; }
-    bool Receive(can::Frame&) override { return false; }
-  };
-
   // control, mapping and planning threads
   void OnControl(const ControlReport& report, Duration took) override;
   void OnMap(const MappingTask& mapping, Duration took) override;
   void OnPlan(Time now, const PlanningTask& planning, bool camera_lost, Duration took) override;
-  // the emulator's
-  void Emulate();
-  void Tick(Time now);
-  void Record(Time now);
   // this one's
   RobotThreadsConfig Config() const;
   void Supervise();
@@ -115,27 +91,20 @@ class RealtimeRun final : public ThreadObserver {
   const InspectionOptions& options_;
   RunFolder& folder_;
   const RunHooks& hooks_;
-  const bool with_devices_;
-  NoPort nowhere_;
   Time epoch_{};
   RunPort base_;
   RunPort arm_;
   const bool shared_;
   std::vector<Tap> taps_;
   std::unique_ptr<RobotProgram> program_;
-  Emulator emulator_;
+  EmulatorThread emulation_;
   std::unique_ptr<RobotThreads> threads_;
 
-  Handover<CycleRecord, 512> cycles_;  // control -> emulator
-  Handover<PlanRecord, 64> plans_;     // planning -> main
-  Latest<MapCounts> emulator_counts_;  // mapping -> emulator
-  Latest<MapCounts> main_counts_;      // mapping -> main
-  Latest<TruthNow> truth_;             // emulator -> main
-  std::atomic<bool> emulate_ = true;
+  Handover<PlanRecord, 64> plans_;  // planning -> this thread
+  Latest<MapCounts> counts_;        // mapping -> this thread
 
-  RunFigures figures_;          // the emulator's thread, then this one
-  Duration emulator_late_{};    // likewise
-  std::vector<float> step_ms_;  // main's
+  nlohmann::ordered_json plan_ = nlohmann::ordered_json::array();
+  std::vector<float> step_ms_;
   int plan_steps_ = 0;
   MissionState state_ = MissionState::kStart;
   Time next_progress_{};
@@ -147,57 +116,18 @@ void RealtimeRun::OnControl(const ControlReport& report, Duration took) {
   thread_local const HeapWatch heap;
   thread_local std::uint64_t before = heap.allocations();
   const std::uint64_t after = heap.allocations();
-  cycles_.Push({.report = report, .took = took, .allocations = after - before});
+  emulation_.cycles().Push({.report = report, .took = took, .allocations = after - before});
   before = after;
 }
 
 void RealtimeRun::OnMap(const MappingTask& mapping, Duration) {
-  emulator_counts_.Write(mapping.map().counts());
-  main_counts_.Write(mapping.map().counts());
+  const VoxelGrid& map = mapping.map();
+  emulation_.map().Write({map.counts(), map.visual_entropy(), map.coverage_entropy()});
+  counts_.Write(map.counts());
 }
 
 void RealtimeRun::OnPlan(Time now, const PlanningTask& planning, bool, Duration took) {
   plans_.Push({.now = now, .output = planning.output(), .goal = planning.goal(), .took = took});
-}
-
-void RealtimeRun::Emulate() {
-  Time now{};
-  while (emulate_) {
-    const Time until = SinceStart();
-    emulator_late_ = std::max(emulator_late_, until - now);
-    while (now + Emulator::kTick <= until && emulate_) {
-      now += Emulator::kTick;
-      Tick(now);
-    }
-    SleepUntil(epoch_ + (now + Emulator::kTick).time_since_epoch());
-  }
-  Record(now);
-}
-
-void RealtimeRun::Tick(Time now) {
-  if (with_devices_) {
-    emulator_.Step(now);
-    if (emulator_.FrameDue(now)) {
-      emulator_.Render(threads_->frames().Back());
-      threads_->frames().Publish();
-    }
-  }
-  Record(now);
-}
-
-void RealtimeRun::Record(Time now) {
-  while (const CycleRecord* cycle = cycles_.Front()) {
-    figures_.Add(cycle->report);
-    figures_.heap_allocations += cycle->allocations;
-    figures_.cycle_us.push_back(static_cast<float>(1e6 * ToSeconds(cycle->took)));
-    const Clearance& clearance = emulator_.Measure(now);
-    if (with_devices_) {
-      WatchTruth(cycle->report, emulator_, figures_);
-    }
-    folder_.Trace(cycle->report, emulator_.plant(), clearance, emulator_counts_.Read());
-    truth_.Write({emulator_.truth().coverage(), emulator_.truth().contacts()});
-    cycles_.Pop();
-  }
 }
 
 void RealtimeRun::ReadTaps() {
@@ -208,6 +138,9 @@ void RealtimeRun::ReadTaps() {
       folder_.Can(frame, tap.name);
     }
   }
+  if (!taps_.empty()) {
+    emulation_.SetLoads(taps_.front().load.Last(), taps_.back().load.Last());
+  }
 }
 
 void RealtimeRun::ReadPlans() {
@@ -216,7 +149,8 @@ void RealtimeRun::ReadPlans() {
     if (plan->output.planned && plan->output.plan_steps != plan_steps_) {
       plan_steps_ = plan->output.plan_steps;
       step_ms_.push_back(static_cast<float>(1e3 * ToSeconds(plan->took)));
-      folder_.Plan(PlanJson(plan->now, plan->output, plan->goal, main_counts_.Read()));
+      plan_.push_back(PlanJson(plan->now, plan->output, plan->goal, counts_.Read()));
+      folder_.Plan(plan_.back());
     }
     plans_.Pop();
   }
@@ -239,8 +173,8 @@ void RealtimeRun::ShowProgress(Time now) {
     return;
   }
   next_progress_ = now + Duration{1s};
-  const TruthNow& truth = truth_.Read();
-  hooks_.progress({now, state_, main_counts_.Read(), truth.coverage, truth.contacts});
+  const TruthNow& truth = emulation_.truth().Read();
+  hooks_.progress({now, state_, counts_.Read(), truth.coverage, truth.contacts});
 }
 
 void RealtimeRun::Supervise() {
@@ -267,27 +201,28 @@ nlohmann::ordered_json RealtimeRun::Figures(Time end, Status started) {
   for (const Tap& tap : taps_) {
     can.load_peak = std::max(can.load_peak, tap.load.Peak());
   }
-  figures_.wall_s = ToSeconds(end);
-  figures_.step_ms = step_ms_;
+  RunFigures& figures = emulation_.figures();
+  figures.wall_s = ToSeconds(end);
+  figures.step_ms = step_ms_;
   const std::string detail = started == Status::kOk
                                  ? StopDetail(program_->planning().output(),
                                               program_->control().report(), program_->camera_lost())
                                  : "the system gives no threads";
-  nlohmann::ordered_json run =
-      RunJson(options_, scenario_.name, *program_, emulator_, figures_, can, end, detail);
+  nlohmann::ordered_json run = RunJson(options_, scenario_.name, *program_, emulation_.emulator(),
+                                       figures, can, end, detail);
   const auto granted = [](int error) {
     return std::string(error == 0 ? "granted" : std::strerror(error));
   };
   const RealtimeGrant& grant = threads_->grant();
   const CycleStats cycles = threads_->cycles();
   run["realtime"] = {
-      {"devices", with_devices_ ? "emulated" : "elsewhere"},
+      {"devices", emulation_.with_devices() ? "emulated" : "elsewhere"},
       {"fifo", options_.ask_fifo ? granted(grant.scheduler_error) : "not asked for"},
       {"memory_lock", options_.ask_fifo ? granted(grant.memory_error) : "not asked for"},
       {"cycles_missed", cycles.missed},
       {"latency_max_us", 1e6 * ToSeconds(cycles.worst_latency)},
-      {"emulator_late_max_ms", 1e3 * ToSeconds(emulator_late_)},
-      {"trace_lost", cycles_.dropped()},
+      {"emulator_late_max_ms", 1e3 * ToSeconds(emulation_.late_max())},
+      {"trace_lost", emulation_.cycles().dropped()},
       {"plans_lost", plans_.dropped()}};
   return run;
 }
@@ -295,20 +230,22 @@ nlohmann::ordered_json RealtimeRun::Figures(Time end, Status started) {
 nlohmann::ordered_json RealtimeRun::Run() {
   epoch_ = Now();
   threads_ = std::make_unique<RobotThreads>(*program_, Config(), this);
-  std::thread emulator([this] { Emulate(); });
+  emulation_.Start(epoch_, threads_->frames());
   const Status started = shared_ ? threads_->Start(base_, base_) : threads_->Start(base_, arm_);
   if (started == Status::kOk) {
     Supervise();
   }
   const Time end = SinceStart();
   threads_->Stop(Duration::zero());
-  emulate_ = false;
-  emulator.join();
+  emulation_.Stop();
   ReadTaps();
   ReadPlans();
   program_->TakeResidual();
   folder_.Map(program_->mapping().map());
-  return Figures(end, started);
+  const nlohmann::ordered_json run = Figures(end, started);
+  folder_.Text("report.html", ReportPage(run, plan_, emulation_.recorder(), scenario_,
+                                         emulation_.emulator().truth()));
+  return run;
 }
 
 }  // namespace

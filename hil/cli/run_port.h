@@ -50,17 +50,21 @@ class LoadMeter {
   void Add(const can::Frame& frame) {
     if (frame.stamp - second_ >= std::chrono::seconds(1)) {
       second_ = frame.stamp;
+      last_ = bits_;
       bits_ = 0;
     }
     bits_ += frame.error ? 0 : can::FrameBits(frame);
     most_ = std::max(most_, bits_);
   }
+  /// Of the last full second, 0 to 1.
+  double Last() const { return static_cast<double>(last_) / bitrate_; }
   double Peak() const { return static_cast<double>(most_) / bitrate_; }
 
  private:
   int bitrate_;
   Time second_{};
   std::int64_t bits_ = 0;
+  std::int64_t last_ = 0;
   std::int64_t most_ = 0;
 };
 

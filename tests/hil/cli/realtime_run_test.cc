@@ -92,6 +92,8 @@ TEST_F(RealtimeRunTest, OnASharedBusTheRobotComesUpMovesAndStops) {
   // One line a cycle, and the head; at the end the robot was at rest and disabled.
   EXPECT_EQ(Lines("trace.csv"), run["control"]["cycles"].get<int>() + 1);
   EXPECT_EQ(Column(1), std::to_string(static_cast<int>(ControlPhase::kStopped))) << last_line_;
+  EXPECT_TRUE(std::filesystem::exists(folder_path_ / "report.html"));
+  EXPECT_TRUE(std::filesystem::exists(folder_path_ / "map.bt"));
   // Everything that crossed the bus is in the log, and only that.
   EXPECT_EQ(Lines("can.log"), run["can"]["tx"].get<int>() + run["can"]["rx"].get<int>());
 }

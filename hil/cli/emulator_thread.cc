@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: MIT
+#include "hil/cli/emulator_thread.h"
+
+#include <algorithm>
+
+#include "hil/cli/report_page.h"
+#include "hil/cli/truth_watch.h"
+#include "platform/linux/clock.h"
+#include "platform/robot/uf7.h"
+
+namespace pipewright::hil {
+namespace {
+
+constexpr Duration kSamplePeriod = std::chrono::milliseconds(100);  ///< of the page's slow plots
+
+}  // namespace
+
+EmulatorThread::EmulatorThread(const Scenario& scenario, const InspectionOptions& options,
+                               const std::vector<Port*>& ports, RunFolder& folder,
+                               const RunLimits& limits)
+    : with_devices_(!ports.empty()),
+      emulator_(scenario, HomeJoints(TracerUf7()), options.seed,
+                with_devices_ ? ports : std::vector<Port*>{&nowhere_}),
+      folder_(folder),
+      recorder_(limits) {}
+
+void EmulatorThread::Start(Time epoch, Latest<DepthFrame>& frames) {
+  epoch_ = epoch;
+  frames_ = &frames;
+  thread_ = std::thread([this] { Run(); });
+}
+
+void EmulatorThread::Stop() {
+  quit_ = true;
+  if (thread_.joinable()) {
+    thread_.join();
+  }
+}
+
+void EmulatorThread::SetLoads(double base, double arm) {
+  base_load_.store(base, std::memory_order_relaxed);
+  arm_load_.store(arm, std::memory_order_relaxed);
+}
+
+void EmulatorThread::Run() {
+  Time now{};
+  while (!quit_) {
+    const Time until{Now() - epoch_};
+    late_max_ = std::max(late_max_, until - now);
+    while (now + Emulator::kTick <= until && !quit_) {
+      now += Emulator::kTick;
+      Tick(now);
+    }
+    SleepUntil(epoch_ + (now + Emulator::kTick).time_since_epoch());
+  }
+  Record(now);
+}
+
+void EmulatorThread::Tick(Time now) {
+  if (with_devices_) {
+    emulator_.Step(now);
+    if (emulator_.FrameDue(now)) {
+      emulator_.Render(frames_->Back());
+      frames_->Publish();
+    }
+  }
+  Record(now);
+  if (now >= next_sample_) {
+    next_sample_ += kSamplePeriod;
+    Sample(now);
+  }
+}
+
+void EmulatorThread::Record(Time now) {
+  while (const CycleRecord* cycle = cycles_.Front()) {
+    const ControlReport& report = cycle->report;
+    const double cycle_us = 1e6 * ToSeconds(cycle->took);
+    figures_.Add(report);
+    figures_.heap_allocations += cycle->allocations;
+    figures_.cycle_us.push_back(static_cast<float>(cycle_us));
+    const Clearance& clearance = emulator_.Measure(now);
+    if (with_devices_) {
+      WatchTruth(report, emulator_, figures_);
+    }
+    recorder_.Cycle(ToSeconds(report.now), CycleSampleOf(report, clearance, cycle_us));
+    folder_.Trace(report, emulator_.plant(), clearance, map_.Read().counts);
+    cycles_.Pop();
+  }
+}
+
+void EmulatorThread::Sample(Time now) {
+  const MapNow& map = map_.Read();
+  MapSample sample;
+  sample.coverage_ratio = emulator_.truth().coverage().ratio;
+  sample.free = map.counts.free;
+  sample.occupied = map.counts.occupied;
+  sample.unknown = map.counts.unknown;
+  sample.covered = map.counts.covered;
+  sample.visual_entropy = map.visual_entropy;
+  sample.coverage_entropy = map.coverage_entropy;
+  sample.base_bus_load = base_load_.load(std::memory_order_relaxed);
+  sample.arm_bus_load = arm_load_.load(std::memory_order_relaxed);
+  sample.p_WP = emulator_.plant().p_WP();
+  recorder_.Map(ToSeconds(now), sample);
+  truth_.Write({emulator_.truth().coverage(), emulator_.truth().contacts()});
+}
+
+}  // namespace pipewright::hil
