@@ -61,7 +61,7 @@ struct Cfnbv::Memory {
   }
 
   GainEvaluator gains;
-  PipeSurface surface;
+  SurfaceToCover surface;
   Vector3d passed[kMaxPassed];  ///< places of the probe since the last plan
   int passed_count = 0;         ///< ever; the newest kMaxPassed are held
   MotionPlanner motion;
@@ -125,7 +125,7 @@ void Cfnbv::Passed(const Configuration& q) {
 void Cfnbv::NotePassed(const PlanInput& input, PlanStep& step) {
   Memory& m = *memory_;
   Passed(input.q);
-  if (m.surface.Update(input.scene, config_.surface_frames) != Status::kOk) {
+  if (m.surface.Update(input.map, input.scene, config_.surface_frames) != Status::kOk) {
     step.status = Status::kFull;
   }
   for (const SurfacePatch& patch : m.surface.patches()) {
@@ -137,7 +137,7 @@ void Cfnbv::NotePassed(const PlanInput& input, PlanStep& step) {
     }
   }
   m.passed_count = 0;
-  static_cast<void>(m.surface.Update(input.scene, config_.surface_frames));
+  static_cast<void>(m.surface.Update(input.map, input.scene, config_.surface_frames));
 }
 
 void Cfnbv::Refresh(const VoxelGrid& map) {

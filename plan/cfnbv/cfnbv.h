@@ -30,12 +30,13 @@ struct CfnbvConfig {
   double room_range_m = 1.0;
   int stop_room = 40;  ///< a view of fewer such voxels is not worth the way
   int room_goals = 12;
-  int stop_unknown = 4;     ///< a view of fewer unknown voxels than this, and
-  int stop_uncovered = 2;   ///< of fewer uncovered ones than this, is not worth the way
-  int surface_frames = 5;   ///< pipes seen in so many frames say where surface is, see PipeSurface
-  int stop_tests = 400;     ///< reachable views that must be below it in a row before kComplete
-  int tries_per_voxel = 3;  ///< views of a voxel that may fail before it is given up
-  int forget_voxels = 50;   ///< so much new knowledge, and what had no path is tried again
+  int stop_unknown = 4;    ///< a view of fewer unknown voxels than this, and
+  int stop_uncovered = 2;  ///< of fewer uncovered ones than this, is not worth the way
+  int surface_frames =
+      5;                 ///< pipes seen in so many frames say where surface is, see SurfaceToCover
+  int stop_tests = 400;  ///< reachable views that must be below it in a row before kComplete
+  int tries_per_voxel = 3;       ///< views of a voxel that may fail before it is given up
+  int forget_voxels = 50;        ///< so much new knowledge, and what had no path is tried again
   double stall_radius_m = 0.15;  ///< views this near to one that stalled twice are not taken
   /// kComplete also asks that of W this share is known, and of its surface this share is covered;
   /// else what is left is called unreachable (kNoReachableView).

@@ -86,7 +86,7 @@ struct PlanNumbers {
   double duration_s = 0;      ///< of the path at operating speeds; 0 without a path
   int unknown_targets = 0;    ///< unknown voxels of W that count
   int uncovered_targets = 0;  ///< uncovered voxels of W that count
-  int surface_targets = 0;    ///< patches of estimated pipes that the probe has not met
+  int surface_targets = 0;    ///< patches of surface that the probe has not met
   int given_up = 0;           ///< uncovered voxels that do not: views of them failed too often
   int residual_new = 0;       ///< unknown voxels that this step gives up
   int tested = 0;             ///< reachable views that were below the threshold, one after another

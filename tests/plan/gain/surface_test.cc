@@ -34,11 +34,11 @@ class Surface : public testing::Test {
   MapConfig map_config_ = test::SmallMapConfig();
   VoxelGrid map_{map_config_};
   Scene scene_;
-  PipeSurface surface_{map_config_};
+  SurfaceToCover surface_{map_config_};
 };
 
 TEST_F(Surface, PatchesLieOnTheSeenCylinderHalfAVoxelApart) {
-  ASSERT_EQ(surface_.Update(scene_, kFrames), Status::kOk);
+  ASSERT_EQ(surface_.Update(map_, scene_, kFrames), Status::kOk);
   // 0.2 m by 2 pi 0.06 m at 0.025 m each way: 8 by 16.
   ASSERT_EQ(surface_.patches().size(), 128U);
   for (const SurfacePatch& patch : surface_.patches()) {
@@ -52,34 +52,67 @@ TEST_F(Surface, PatchesLieOnTheSeenCylinderHalfAVoxelApart) {
 }
 
 TEST_F(Surface, WantsFramesAndWAndPositiveMeasures) {
-  EXPECT_EQ(surface_.Update(scene_, kFrames + 1), Status::kOk);
+  EXPECT_EQ(surface_.Update(map_, scene_, kFrames + 1), Status::kOk);
   EXPECT_TRUE(surface_.patches().empty());
   scene_.pipes[0].p_W.x() = 2;
-  EXPECT_EQ(surface_.Update(scene_, kFrames), Status::kOk);
+  EXPECT_EQ(surface_.Update(map_, scene_, kFrames), Status::kOk);
   EXPECT_TRUE(surface_.patches().empty());
   scene_.pipes[0] = Pipe();
   scene_.pipes[0].extent_hi_m = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_EQ(surface_.Update(scene_, kFrames), Status::kOk);
+  EXPECT_EQ(surface_.Update(map_, scene_, kFrames), Status::kOk);
   EXPECT_TRUE(surface_.patches().empty());
 }
 
 TEST_F(Surface, FullStoreSaysSoAndKeepsWhatItHolds) {
-  PipeSurface small(map_config_, 20);
-  EXPECT_EQ(small.Update(scene_, kFrames), Status::kFull);
+  SurfaceToCover small(map_config_, 20);
+  EXPECT_EQ(small.Update(map_, scene_, kFrames), Status::kFull);
   EXPECT_EQ(small.patches().size(), 20U);
 }
 
 TEST_F(Surface, WhatIsMetDoesNotComeBackWhenTheEstimateSettles) {
-  ASSERT_EQ(surface_.Update(scene_, kFrames), Status::kOk);
+  ASSERT_EQ(surface_.Update(map_, scene_, kFrames), Status::kOk);
   const std::vector<SurfacePatch> all(surface_.patches().begin(), surface_.patches().end());
   for (const SurfacePatch& patch : all) {
     surface_.MarkMet(patch);
   }
-  ASSERT_EQ(surface_.Update(scene_, kFrames), Status::kOk);
+  ASSERT_EQ(surface_.Update(map_, scene_, kFrames), Status::kOk);
   EXPECT_TRUE(surface_.patches().empty());
   scene_.pipes[0].radius_m += 0.003;
-  ASSERT_EQ(surface_.Update(scene_, kFrames), Status::kOk);
+  ASSERT_EQ(surface_.Update(map_, scene_, kFrames), Status::kOk);
   EXPECT_LT(surface_.patches().size(), all.size() / 10);
+}
+
+TEST_F(Surface, FacesTowardsFreeVoxelsArePatchesUntilTheyAreMet) {
+  scene_.pipes.clear();
+  test::SetOccupied(map_, {5, 5, 4});
+  test::SetFree(map_, {6, 5, 4});
+  test::SetFree(map_, {5, 5, 3});
+  test::SetFree(map_, {5, 4, 4});
+  ASSERT_EQ(surface_.Update(map_, scene_, kFrames), Status::kOk);
+  ASSERT_EQ(surface_.patches().size(), 3U);  // the other three sides are unknown
+  for (const SurfacePatch& patch : surface_.patches()) {
+    EXPECT_EQ(patch.voxel, (VoxelIndex{5, 5, 4}));
+    EXPECT_EQ(map_.VoxelOf(patch.p_W), patch.voxel);
+    EXPECT_EQ(map_.State(map_.VoxelOf(patch.p_W + 0.01 * patch.n_W)), VoxelState::kFree);
+  }
+  surface_.MarkMet(SurfacePatch(surface_.patches()[0]));
+  ASSERT_EQ(surface_.Update(map_, scene_, kFrames), Status::kOk);
+  EXPECT_EQ(surface_.patches().size(), 2U);
+}
+
+TEST_F(Surface, FaceOfTheNextVoxelInFrontIsMetToo) {
+  scene_.pipes.clear();
+  test::SetOccupied(map_, {5, 5, 4});
+  test::SetFree(map_, {6, 5, 4});
+  test::SetFree(map_, {7, 5, 4});
+  ASSERT_EQ(surface_.Update(map_, scene_, kFrames), Status::kOk);
+  ASSERT_EQ(surface_.patches().size(), 1U);
+  surface_.MarkMet(SurfacePatch(surface_.patches()[0]));
+  for (int i = 0; i < 4; ++i) {
+    test::SetOccupied(map_, {6, 5, 4});
+  }
+  ASSERT_EQ(surface_.Update(map_, scene_, kFrames), Status::kOk);
+  EXPECT_TRUE(surface_.patches().empty());
 }
 
 TEST_F(Surface, IsMetFromTheSideItFacesWithinTheRadiusAndInSight) {
@@ -103,7 +136,7 @@ TEST_F(Surface, IsMetFromTheSideItFacesWithinTheRadiusAndInSight) {
 }
 
 TEST_F(Surface, VoxelsOfMetPatchesCountOnceAmongTheUncovered) {
-  ASSERT_EQ(surface_.Update(scene_, kFrames), Status::kOk);
+  ASSERT_EQ(surface_.Update(map_, scene_, kFrames), Status::kOk);
   GainConfig config;
   config.probe_radius_m = 0.25;
   GainEvaluator gains(config, map_config_);
@@ -129,7 +162,7 @@ TEST_F(Surface, VoxelsOfMetPatchesCountOnceAmongTheUncovered) {
 }
 
 TEST_F(Surface, WayCountsEachVoxelOnce) {
-  ASSERT_EQ(surface_.Update(scene_, kFrames), Status::kOk);
+  ASSERT_EQ(surface_.Update(map_, scene_, kFrames), Status::kOk);
   GainConfig config;
   config.probe_radius_m = 0.25;
   GainEvaluator gains(config, map_config_);
