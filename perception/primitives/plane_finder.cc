@@ -9,7 +9,9 @@ namespace pipewright {
 namespace {
 
 constexpr int kAttempts = 12;  // hypotheses refined a frame
-constexpr int kRefinements = 3;
+constexpr int kRounds = 3;
+constexpr int kHintRounds = 1;
+constexpr int kFitPoints = 1500;
 constexpr int kMinPart = 20;  // pixels: smaller islands of a plane do not count
 constexpr double kPartShare = 0.05;
 
@@ -25,7 +27,7 @@ void PlaneFinder::Find(DepthView& view, std::span<const PlaneFit> hints) {
   for (const PlaneFit& hint : hints) {
     if (hint.d_m < 0) {
       const Eigen::Vector3f m = InverseDepth(hint);
-      Consider(view, {m, Score(m)});
+      Consider(view, {m, Score(m)}, kHintRounds);
     }
   }
   for (int attempt = 0; attempt < kAttempts && !found_.full(); ++attempt) {
@@ -34,7 +36,7 @@ void PlaneFinder::Find(DepthView& view, std::span<const PlaneFit> hints) {
     if (best.score < 8) {
       return;
     }
-    if (!Consider(view, best)) {
+    if (!Consider(view, best, kRounds)) {
       Bar(view);
     }
   }
@@ -124,16 +126,23 @@ int PlaneFinder::Collect(const DepthView& view, const Eigen::Vector3f& m, double
   return count;
 }
 
-bool PlaneFinder::Refine(const DepthView& view, Eigen::Vector3f m, PlaneFit& fit) {
+/// Collects and fits in turn; the fits are to a part of the readings, for Polish() takes them all.
+bool PlaneFinder::Refine(const DepthView& view, Eigen::Vector3f m, int rounds, PlaneFit& fit) {
   const int least = static_cast<int>(config_.plane_min_share * view.size());
-  for (int k = 0; k < kRefinements; ++k) {
+  for (int k = 0; k < rounds; ++k) {
     int count = Collect(view, m, config_.inlier_sigmas);
     if (k > 0) {
       count = KeepLargeParts(view, count);
     }
-    const auto fitted =
-        count < least ? Result<PlaneFit>(Status::kInfeasible)
-                      : FitPlane({point_.data(), static_cast<std::size_t>(count)}, config_.noise);
+    if (count < least) {
+      return false;
+    }
+    const int step = 1 + count / kFitPoints;
+    int used = 0;
+    for (int i = 0; i < count; i += step) {
+      point_[used++] = point_[i];
+    }
+    const auto fitted = FitPlane({point_.data(), static_cast<std::size_t>(used)}, config_.noise);
     if (!fitted.ok()) {
       return false;
     }
@@ -181,10 +190,11 @@ int PlaneFinder::KeepLargeParts(const DepthView& view, int count) {
 }
 
 /// Whether a hypothesis is a plane; then it is kept and its readings are claimed.
-bool PlaneFinder::Consider(DepthView& view, const Hypothesis& hypothesis) {
+bool PlaneFinder::Consider(DepthView& view, const Hypothesis& hypothesis, int rounds) {
   DetectedPlane plane;
   const bool fits = !found_.full() && hypothesis.score >= 4 && hypothesis.m.allFinite() &&
-                    Refine(view, hypothesis.m, plane.fit) && plane.fit.chi2 < config_.chi2_max;
+                    Refine(view, hypothesis.m, rounds, plane.fit) &&
+                    plane.fit.chi2 < config_.chi2_max;
   const Eigen::Vector3f m = fits ? InverseDepth(plane.fit) : hypothesis.m;
   const int marked = Collect(view, m, config_.inlier_sigmas);
   const int kept = KeepLargeParts(view, marked);

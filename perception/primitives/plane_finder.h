@@ -54,9 +54,9 @@ class PlaneFinder {
   void Sample(const DepthView& view);
   int Score(const Eigen::Vector3f& m) const;
   Hypothesis Draw(const DepthView& view);
-  bool Consider(DepthView& view, const Hypothesis& hypothesis);
+  bool Consider(DepthView& view, const Hypothesis& hypothesis, int rounds);
   void Bar(const DepthView& view);
-  bool Refine(const DepthView& view, Eigen::Vector3f m, PlaneFit& fit);
+  bool Refine(const DepthView& view, Eigen::Vector3f m, int rounds, PlaneFit& fit);
   int Collect(const DepthView& view, const Eigen::Vector3f& m, double sigmas);
   int KeepLargeParts(const DepthView& view, int count);
   bool Bound(const DepthView& view, int count, DetectedPlane& plane) const;
