@@ -126,6 +126,16 @@ int Inspect(const InspectionOptions& options) {
   return Report(options, run, folder);
 }
 
+/// lo <= x <= hi. Unlike CLI::Range it refuses what is not a number, too.
+CLI::Validator InRange(double lo, double hi) {
+  const auto check = [lo, hi](std::string& text) -> std::string {
+    double x = 0;
+    const bool fits = CLI::detail::lexical_cast(text, x) && lo <= x && x <= hi;
+    return fits ? "" : fmt::format("{} is not from {} to {}", text, lo, hi);
+  };
+  return CLI::Validator(check, fmt::format("in [{} - {}]", lo, hi));
+}
+
 }  // namespace
 
 void AddInspect(CLI::App& app, int* exit_code) {
@@ -138,6 +148,7 @@ void AddInspect(CLI::App& app, int* exit_code) {
                    "(start from hil/world/scenarios/pipes3.toml)")
       ->capture_default_str();
   command->add_option("--seed", options->seed, "of sensor noise and planning")
+      ->check(CLI::NonNegativeNumber)
       ->capture_default_str();
   command
       ->add_option("--planner", options->planner,
@@ -154,12 +165,12 @@ void AddInspect(CLI::App& app, int* exit_code) {
   command
       ->add_option("--alpha", options->alpha,
                    "probability that each uncertain constraint holds, in [0.5, 1)")
-      ->check(CLI::Range(0.5, 0.999999))
+      ->check(InRange(0.5, 0.999999))
       ->capture_default_str();
   command
       ->add_option("--rate", options->rate_hz,
                    "of the control task, Hz: a whole number of ms, at most 125 on one bus for all")
-      ->check(CLI::Range(50.0, 1000.0))
+      ->check(InRange(50, 1000))
       ->capture_default_str();
   command->add_flag("--realtime", options->realtime, "keep pace with the wall clock");
   command
@@ -173,7 +184,7 @@ void AddInspect(CLI::App& app, int* exit_code) {
   command->add_option("--out", options->out,
                       "folder for the evidence (default: runs/SCENARIO-PLANNER-SEED)");
   command->add_option("--time-limit", options->time_limit_s, "of simulated time, s")
-      ->check(CLI::Range(1.0, 1e5))
+      ->check(InRange(1, 1e5))
       ->capture_default_str();
   command->add_flag("--json", options->json,
                     "print run.json's object, and nothing else, on stdout");

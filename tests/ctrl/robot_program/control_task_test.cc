@@ -1,0 +1,296 @@
+// SPDX-License-Identifier: MIT
+// The control task against the emulated devices: what it makes of them, and what it lets onto the
+// wire.
+#include "ctrl/robot_program/control_task.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdlib>
+#include <functional>
+#include <map>
+
+#include "perception/map/distance_field.h"
+#include "tests/ctrl/robot_program/device_bench.h"
+#include "tests/support/no_alloc_scope.h"
+
+namespace pipewright {
+namespace {
+
+using test::DeviceBench;
+using test::NoAllocScope;
+using test::SentJoint;
+using test::SentTwist;
+
+/// A hall of 3 m in which nothing is in the way.
+DistanceField EmptyHall() {
+  MapConfig config;
+  config.lo = config.workspace_lo = {-30, -30, -2};
+  config.hi = config.workspace_hi = {29, 29, 39};
+  config.brick_capacity = 1;
+  VoxelGrid grid(config);
+  grid.MarkSweptSphere(Vector3d::Zero(), 5);
+  DistanceField field(config);
+  field.Update(grid);
+  return field;
+}
+
+struct Robot {
+  explicit Robot(const ControlTaskConfig& config = Config())
+      : task(std::make_unique<ControlTask>(config, TracerUf7())) {}
+
+  static ControlTaskConfig Config() {
+    ControlTaskConfig config;
+    config.law.reached = 0.01;
+    config.odometry.track_m = TracerUf7().base.track_m;
+    return config;
+  }
+
+  const ControlReport& report() const { return task->report(); }
+
+  void Cycle() {
+    TxBatch base_out;
+    TxBatch arm_out;
+    {
+      const NoAllocScope no_heap;
+      can::Frame frame;
+      while (!deaf && bench.base().Receive(frame)) {
+        task->OnBaseFrame(frame);
+      }
+      while (!deaf && bench.arm().Receive(frame)) {
+        task->OnArmFrame(frame);
+      }
+      task->Step(bench.now(), scene, field, goal, base_out, arm_out);
+    }
+    for (const can::Frame& frame : base_out) {
+      EXPECT_EQ(bench.base().Send(frame), Status::kOk);
+    }
+    for (const can::Frame& frame : arm_out) {
+      EXPECT_EQ(bench.arm().Send(frame), Status::kOk);
+    }
+  }
+  /// Until `done` says so, at most `seconds`.
+  bool Run(
+      double seconds, const std::function<bool()>& done = [] { return false; }) {
+    for (int i = 0; i < static_cast<int>(seconds * 1000); ++i) {
+      if (bench.CycleDue()) {
+        Cycle();
+      }
+      const bool is_done = bench.CycleDue() && done();
+      bench.Tick();
+      if (is_done) {
+        return true;
+      }
+    }
+    return false;
+  }
+  bool ComesUp() {
+    return Run(4, [this] { return report().phase == ControlPhase::kRunning; });
+  }
+  /// Turns, drives half a metre and moves the arm; the goal is where the sensor then is.
+  void Order(std::uint32_t id, double sign = 1) {
+    const Configuration from = report().state.q;
+    Configuration to = from;
+    to(0) += sign * 0.5 * std::cos(from(2));
+    to(1) += sign * 0.5 * std::sin(from(2));
+    to(2) += sign * 0.4;
+    to.tail<kArmJoints>() += sign * ArmVector::LinSpaced(-0.4, 0.4);
+    const Kinematics<kArmJoints> k(TracerUf7(), to);
+    goal.id = id;
+    goal.p_WS = k.p_WS();
+    goal.z_WS = k.z_WS();
+    goal.path.clear();
+    EXPECT_TRUE(goal.path.push_back(from) && goal.path.push_back(to));
+  }
+  /// Everything at rest, and the newest command of every kind zero.
+  void ExpectStandstill() {
+    EXPECT_TRUE(bench.AtRest());
+    ASSERT_FALSE(bench.twists.empty());
+    EXPECT_EQ(bench.twists.back().v_mmps, 0);
+    EXPECT_EQ(bench.twists.back().omega_mradps, 0);
+    std::map<int, std::int32_t> newest;
+    for (const SentJoint& sent : bench.joints) {
+      newest[sent.joint] = sent.velocity_uradps;
+    }
+    for (const auto& [joint, velocity] : newest) {
+      EXPECT_EQ(velocity, 0) << "joint " << joint;
+    }
+  }
+
+  DeviceBench bench;
+  std::unique_ptr<ControlTask> task;
+  DistanceField field = EmptyHall();
+  Scene scene;
+  Goal goal;
+  bool deaf = false;  ///< frames come and nobody reads them
+};
+
+/// Limits of the robot as it is operated: 0.4 m/s and 1 rad/s, 0.8 m/s^2 and 2 rad/s^2 for the
+/// base; 1 rad/s and 10 rad/s^2 for each joint. A unit of each frame is allowed for rounding.
+void ExpectWithinLimits(const DeviceBench& bench) {
+  const SentTwist* before = nullptr;
+  for (const SentTwist& sent : bench.twists) {
+    ASSERT_LE(std::abs(sent.v_mmps), 400);
+    ASSERT_LE(std::abs(sent.omega_mradps), 1000);
+    if (before != nullptr) {
+      // The base is sent every second cycle; the wire delays a frame by less than a millisecond.
+      const double dt = 10e-3 * std::round(ToSeconds(sent.stamp - before->stamp) / 10e-3);
+      ASSERT_LE(std::abs(sent.v_mmps - before->v_mmps), 800 * dt + 1);
+      ASSERT_LE(std::abs(sent.omega_mradps - before->omega_mradps), 2000 * dt + 1);
+    }
+    before = &sent;
+  }
+  std::map<int, SentJoint> last;
+  for (const SentJoint& sent : bench.joints) {
+    ASSERT_LE(std::abs(sent.velocity_uradps), 1'000'001);
+    if (last.contains(sent.joint)) {
+      ASSERT_LE(std::abs(sent.velocity_uradps - last[sent.joint].velocity_uradps), 100'001);
+    }
+    last[sent.joint] = sent;
+  }
+}
+
+TEST(ControlTask, BringsTheDevicesUpAndKnowsWhereTheyAre) {
+  Robot robot;
+  EXPECT_EQ(robot.task->status(), Status::kOk);
+  EXPECT_EQ(robot.report().phase, ControlPhase::kStarting);
+  ASSERT_TRUE(robot.ComesUp());
+  robot.Run(0.1);
+  EXPECT_TRUE(robot.report().state.valid);
+  EXPECT_LT((robot.report().state.q.tail<kArmJoints>() - robot.bench.plant().joints_rad()).norm(),
+            1e-5);
+  EXPECT_TRUE(robot.bench.AtRest());  // without a goal it stands
+}
+
+TEST(ControlTask, BringsTheSensorToItsGoalAndSendsNothingOutsideItsLimits) {
+  Robot robot;
+  ASSERT_TRUE(robot.ComesUp());
+  for (const std::uint32_t id : {1U, 2U}) {
+    robot.Order(id, id == 1 ? 1 : -1);
+    ASSERT_TRUE(robot.Run(20, [&] { return robot.report().progress.state == GoalState::kReached; }))
+        << "error " << robot.report().progress.error;
+    EXPECT_EQ(robot.report().progress.id, id);
+    // Where it really is, by KDL on the URDF: the law's tolerance, and 5 mm for odometry.
+    const Isometry3d& X_WS = robot.bench.plant().X_WS();
+    EXPECT_LT((X_WS.translation() - robot.goal.p_WS).norm(), 0.015);
+    EXPECT_LT((X_WS.linear().col(2) - robot.goal.z_WS).norm(), 0.015);
+  }
+  ExpectWithinLimits(robot.bench);
+  EXPECT_EQ(robot.bench.plant().hard_stops(), 0);
+  // It did use its speed: the limits above were near enough to be met.
+  int fastest_mmps = 0;
+  for (const SentTwist& sent : robot.bench.twists) {
+    fastest_mmps = std::max(fastest_mmps, std::abs(sent.v_mmps));
+  }
+  EXPECT_GT(fastest_mmps, 200);
+}
+
+TEST(ControlTask, ComesToRestAndDisablesTheDevicesWhenAskedToStop) {
+  Robot robot;
+  ASSERT_TRUE(robot.ComesUp());
+  robot.Order(1);
+  robot.Run(1);
+  ASSERT_FALSE(robot.bench.AtRest());
+  robot.task->Stop();
+  EXPECT_TRUE(robot.Run(4, [&] { return robot.report().phase == ControlPhase::kStopped; }));
+  robot.Run(0.1);
+  robot.ExpectStandstill();
+  for (int i = 0; i < kArmJoints; ++i) {
+    EXPECT_EQ(robot.bench.devices().joint(i).drive_state(), hil::DriveState::kSwitchOnDisabled);
+  }
+}
+
+TEST(ControlTask, SlowsDownAtOnceWhenNothingIsHeardAnyMore) {
+  Robot robot;
+  ASSERT_TRUE(robot.ComesUp());
+  robot.Order(1);
+  robot.Run(1);
+  const double before = robot.report().sent.norm();
+  ASSERT_GT(before, 0.1);
+  robot.deaf = true;
+  robot.Run(0.06);  // past the state's timeout of 50 ms
+  const EnvelopeCounters& counters = robot.task->envelope_counters();
+  EXPECT_GT(counters.stale + counters.invalid_state, 0U);
+  double last = robot.report().sent.norm();
+  for (int i = 0; i < 60; ++i) {
+    robot.Run(0.01);
+    EXPECT_LE(robot.report().sent.norm(), last);
+    last = robot.report().sent.norm();
+  }
+  EXPECT_EQ(last, 0);
+  robot.Run(0.5);
+  EXPECT_EQ(robot.report().phase, ControlPhase::kFault);
+  robot.ExpectStandstill();
+}
+
+TEST(ControlTask, AJointThatFallsSilentStopsTheWholeRobotAndIsNamed) {
+  for (const int device : {0, 1, 6}) {
+    SCOPED_TRACE(device);
+    Robot robot;
+    ASSERT_TRUE(robot.ComesUp());
+    robot.Order(1);
+    robot.Run(1);
+    ASSERT_FALSE(robot.bench.AtRest());
+    robot.bench.devices().Silence(device, robot.bench.now());
+    EXPECT_TRUE(robot.Run(0.5, [&] { return robot.report().phase == ControlPhase::kFault; }));
+    robot.Run(2);
+    robot.ExpectStandstill();
+    if (device == 0) {
+      EXPECT_EQ(robot.report().base_fault.problem, Problem::kStateStale);
+    } else {
+      EXPECT_EQ(robot.report().arm_fault.node, device);
+    }
+  }
+}
+
+TEST(ControlTask, StaysStoppedAfterAnEmergencyStopUntilAnOperatorSaysSo) {
+  Robot robot;
+  ASSERT_TRUE(robot.ComesUp());
+  robot.Order(1);
+  robot.Run(1);
+  robot.bench.devices().tracer().PressEmergencyStop(true);
+  robot.Run(1.5);
+  EXPECT_TRUE(robot.report().state.emergency_stop);
+  robot.ExpectStandstill();
+  EXPECT_EQ(robot.task->Rearm(), Status::kFault);  // still pressed
+
+  robot.bench.devices().tracer().PressEmergencyStop(false);
+  robot.Run(2);
+  robot.ExpectStandstill();  // the goal still stands, and so does the robot
+  EXPECT_EQ(robot.task->Rearm(), Status::kOk);
+  EXPECT_TRUE(robot.ComesUp());
+  robot.Order(2);
+  EXPECT_TRUE(robot.Run(20, [&] { return robot.report().progress.state == GoalState::kReached; }));
+}
+
+TEST(ControlTask, CommandsZeroWhenItsConfigurationIsNotValid) {
+  ControlTaskConfig config = Robot::Config();
+  config.law.constraints.alpha = 0.3;  // not convex
+  Robot robot(config);
+  EXPECT_EQ(robot.task->status(), Status::kOutOfRange);
+  EXPECT_TRUE(robot.ComesUp());
+  robot.Order(1);
+  robot.Run(2);
+  for (const SentTwist& sent : robot.bench.twists) {
+    ASSERT_TRUE(sent.v_mmps == 0 && sent.omega_mradps == 0);
+  }
+  for (const SentJoint& sent : robot.bench.joints) {
+    ASSERT_EQ(sent.velocity_uradps, 0);
+  }
+}
+
+TEST(EnvelopeOf, GivesTheEnvelopeTheRobotsOwnLimits) {
+  ControlTaskConfig config = Robot::Config();
+  config.law.constraints.period_s = 0.004;
+  const EnvelopeConfig e = EnvelopeOf(TracerUf7(), config);
+  EXPECT_TRUE(Valid(e));
+  EXPECT_EQ(e.period, std::chrono::milliseconds(4));
+  EXPECT_EQ(e.u_max(0), 0.4);
+  EXPECT_EQ(e.u_max(1), 1.0);
+  EXPECT_EQ(e.a_max(0), 0.8);
+  EXPECT_EQ(e.q_min(3), -0.191986);  // of joint 4, as the vendor gives it
+  EXPECT_EQ(e.q_max(3), 3.92699);
+}
+
+}  // namespace
+}  // namespace pipewright

@@ -1,0 +1,188 @@
+// SPDX-License-Identifier: MIT
+// The command as a person types it: exit codes, and words that help.
+#include "tests/support/command.h"
+
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+namespace pipewright::hil {
+namespace {
+
+using test::CommandResult;
+using test::ReadFile;
+using test::RunCommand;
+using test::TestFolder;
+using test::WriteFile;
+
+namespace fs = std::filesystem;
+
+CommandResult Pipewright(const std::string& arguments, const fs::path& folder) {
+  return RunCommand(PIPEWRIGHT_BINARY, arguments, folder);
+}
+
+constexpr const char* kCell = R"(
+name = "cell"
+[workspace]
+min_m = [0.6, -0.3, 0.2]
+max_m = [1.2, 0.3, 0.8]
+[start]
+x_m = 0.0
+y_m = 0.0
+yaw_rad = 0.0
+[map]
+lo_m = [-1.0, -1.0, -0.1]
+hi_m = [1.7, 1.0, 1.3]
+[[plane]]
+name = "floor"
+normal = [0, 0, 1]
+offset_m = 0.0
+ground = true
+[[cylinder]]
+name = "post"
+from_m = [1.0, 0.0, 0.0]
+to_m = [1.0, 0.0, 1.2]
+radius_m = 0.06
+)";
+
+TEST(Command, HelpsAndTellsItsVersion) {
+  const fs::path folder = TestFolder();
+  const CommandResult version = Pipewright("--version", folder);
+  EXPECT_EQ(version.exit_code, 0);
+  EXPECT_NE(version.out.find("0.1.0"), std::string::npos) << version.out;
+  for (const char* help : {"--help", "inspect --help"}) {
+    const CommandResult result = Pipewright(help, folder);
+    EXPECT_EQ(result.exit_code, 0);
+    EXPECT_NE(result.out.find("inspect"), std::string::npos);
+    EXPECT_EQ(result.error, "");
+  }
+  const CommandResult inspect = Pipewright("inspect --help", folder);
+  for (const char* option :
+       {"--scenario", "--seed", "--planner", "--svfi", "--alpha", "--rate", "--realtime", "--bus",
+        "--out", "--time-limit", "--json", "Exit code"}) {
+    EXPECT_NE(inspect.out.find(option), std::string::npos) << option;
+  }
+}
+
+TEST(Command, SaysWhichFlagIsWrongAndStartsNothing) {
+  const struct {
+    const char* arguments;
+    const char* expected;  ///< in what it says
+  } cases[] = {
+      {"", "subcommand"},
+      {"dance", "subcommand"},
+      {"inspect --colour blue", "--colour"},
+      {"inspect --seed twelve", "--seed"},
+      {"inspect --seed -1", "--seed"},
+      {"inspect --planner greedy", "--planner"},
+      {"inspect --svfi none", "--svfi"},
+      {"inspect --alpha 0.3", "--alpha"},
+      {"inspect --alpha 1", "--alpha"},
+      {"inspect --alpha nan", "--alpha"},
+      {"inspect --rate 5", "--rate"},
+      {"inspect --rate 10000", "--rate"},
+      {"inspect --time-limit 0", "--time-limit"},
+      {"inspect --time-limit nan", "--time-limit"},
+      {"inspect --scenario", "--scenario"},
+  };
+  for (const auto& c : cases) {
+    SCOPED_TRACE(c.arguments);
+    const fs::path folder = TestFolder();
+    const CommandResult result = Pipewright(c.arguments, folder);
+    EXPECT_EQ(result.exit_code, 2);
+    EXPECT_NE(result.error.find(c.expected), std::string::npos) << result.error;
+    EXPECT_EQ(result.out, "");
+    EXPECT_FALSE(fs::exists(folder / "runs"));
+  }
+}
+
+TEST(Command, SaysWhatIsWrongWithAScenario) {
+  const std::string cell = kCell;
+  const struct {
+    const char* what;
+    std::string text;
+    const char* expected;
+  } cases[] = {
+      {"not TOML", "name = \n", "cell.toml:1"},
+      {"empty", "", "name"},
+      {"unknown key", cell + "colour = 3\n", "colour"},
+      {"wrong type", cell + "[camera]\nrate_hz = \"fast\"\n", "rate_hz"},
+      {"out of range", cell + "[camera]\nrate_hz = -3\n", "rate_hz"},
+      {"unknown device", cell + "[[fault]]\ndevice = \"arm9\"\nkind = \"absent\"\n", "device"},
+      {"missing mesh", cell + "[[mesh]]\nname = \"m\"\nfile = \"no.stl\"\n", "no.stl"},
+  };
+  for (const auto& c : cases) {
+    SCOPED_TRACE(c.what);
+    const fs::path folder = TestFolder();
+    WriteFile(folder / "cell.toml", c.text);
+    const CommandResult result = Pipewright("inspect --scenario cell.toml --out run", folder);
+    EXPECT_EQ(result.exit_code, 2);
+    EXPECT_NE(result.error.find("pipewright: "), std::string::npos) << result.error;
+    EXPECT_NE(result.error.find("cell.toml"), std::string::npos) << result.error;
+    EXPECT_NE(result.error.find(c.expected), std::string::npos) << result.error;
+    EXPECT_EQ(result.out, "");
+    EXPECT_FALSE(fs::exists(folder / "run"));
+  }
+}
+
+TEST(Command, SaysThatAScenarioIsNeitherShippedNorAFile) {
+  const fs::path folder = TestFolder();
+  for (const char* name : {"pipes9", "/nowhere/cell.toml", "."}) {
+    const CommandResult result =
+        Pipewright(std::string("inspect --scenario ") + name + " --out run", folder);
+    EXPECT_EQ(result.exit_code, 2) << name;
+    EXPECT_NE(result.error.find(name), std::string::npos) << result.error;
+    EXPECT_FALSE(fs::exists(folder / "run"));
+  }
+}
+
+TEST(Command, DoesNotTouchAFolderThatIsNotARuns) {
+  const fs::path folder = TestFolder();
+  fs::create_directories(folder / "mine");
+  WriteFile(folder / "mine" / "can.log", "mine");
+  const CommandResult result = Pipewright("inspect --scenario pipes1 --out mine", folder);
+  EXPECT_EQ(result.exit_code, 2);
+  EXPECT_NE(result.error.find("mine"), std::string::npos) << result.error;
+  EXPECT_EQ(ReadFile(folder / "mine" / "can.log"), "mine");
+}
+
+TEST(Command, RefusesABusThatIsNotThere) {
+  const fs::path folder = TestFolder();
+  const CommandResult result =
+      Pipewright("inspect --scenario pipes1 --time-limit 1 --bus nosuchcan0 --out run", folder);
+  EXPECT_NE(result.exit_code, 0);
+  EXPECT_NE(result.error.find("nosuchcan0"), std::string::npos) << result.error;
+}
+
+TEST(Command, PrintsOneJsonObjectAndNothingElseWhenAsked) {
+  const fs::path folder = TestFolder();
+  WriteFile(folder / "cell.toml", kCell);
+  const CommandResult result =
+      Pipewright("inspect --scenario cell.toml --seed 5 --time-limit 1 --json", folder);
+  EXPECT_EQ(result.exit_code, 1);  // not complete
+  const auto run = nlohmann::json::parse(result.out, nullptr, /*allow_exceptions=*/false);
+  ASSERT_TRUE(run.is_object()) << result.out << result.error;
+  EXPECT_EQ(run["stop_reason"], "timeout");
+  EXPECT_EQ(run["seed"], 5);
+  // The default folder names scenario, planner and seed; run.json there is the same object.
+  const fs::path evidence = folder / "runs" / "cell-cfnbv-5";
+  EXPECT_EQ(nlohmann::json::parse(ReadFile(evidence / "run.json")), run);
+  for (const char* name : {"trace.csv", "can.log", "plan.jsonl", "map.bt", "map.ot"}) {
+    EXPECT_TRUE(fs::exists(evidence / name)) << name;
+  }
+}
+
+TEST(Command, PrintsATableForPeople) {
+  const fs::path folder = TestFolder();
+  WriteFile(folder / "cell.toml", kCell);
+  const CommandResult result =
+      Pipewright("inspect --scenario cell.toml --time-limit 1 --out run", folder);
+  EXPECT_EQ(result.exit_code, 1);
+  for (const char* expected : {"timeout", "coverage", "contacts", "run"}) {
+    EXPECT_NE(result.out.find(expected), std::string::npos) << expected << " in\n" << result.out;
+  }
+  EXPECT_TRUE(fs::exists(folder / "run" / "report.html"));
+}
+
+}  // namespace
+}  // namespace pipewright::hil

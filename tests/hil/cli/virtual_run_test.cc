@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: MIT
+#include "hil/cli/virtual_run.h"
+
+#include <gtest/gtest.h>
+
+#include "platform/robot/uf7.h"
+#include "tests/support/command.h"
+
+namespace pipewright::hil {
+namespace {
+
+namespace fs = std::filesystem;
+
+TEST(StopDetail, NamesTheDeviceAndItsProblem) {
+  MissionOutput mission;
+  mission.stop = StopReason::kDeviceFault;
+  ControlReport report;
+  EXPECT_EQ(StopDetail(mission, report, true), "camera: sends no frame that can be used");
+  report.arm_fault = {Status::kFault, Problem::kDriveFault, 3, 0x8130};
+  EXPECT_EQ(StopDetail(mission, report, false), "arm joint 3: drive fault (0x8130)");
+  report.base_fault = {Status::kTimeout, Problem::kStateStale, 0, 0};
+  EXPECT_EQ(
+      StopDetail(mission, report, true),
+      "base: no longer reports its state; arm joint 3: drive fault (0x8130); camera: sends no "
+      "frame that can be used");
+  mission.stop = StopReason::kComplete;
+  EXPECT_EQ(StopDetail(mission, report, true), "");
+}
+
+TEST(ProgramConfig, TakesEveryOptionToWhereItCounts) {
+  const ScenarioResult shipped = LoadScenario("pipes2");
+  ASSERT_TRUE(shipped.scenario);
+  InspectionOptions options;
+  options.seed = 77;
+  options.planner = PlannerKind::kCfnbvPaper;
+  options.svfi = SvfiMode::kPreviousVelocity;
+  options.alpha = 0.9;
+  options.rate_hz = 200;
+  options.time_limit_s = 12.5;
+  const RobotProgramConfig config = ProgramConfig(*shipped.scenario, options);
+  EXPECT_EQ(config.mission.planner, PlannerKind::kCfnbvPaper);
+  EXPECT_EQ(config.mission.seed, 77U);
+  EXPECT_EQ(config.mapping.seed, 77U);
+  EXPECT_EQ(config.mission.mission_timeout, std::chrono::milliseconds(12500));
+  EXPECT_EQ(config.control.law.constraints.svfi, SvfiMode::kPreviousVelocity);
+  EXPECT_EQ(config.control.law.constraints.alpha, 0.9);
+  EXPECT_EQ(config.control.law.constraints.period_s, 1.0 / 200);
+  EXPECT_EQ(config.control.start.x_m, shipped.scenario->start.x_m);
+  EXPECT_EQ(config.mapping.start_clearance_m, shipped.scenario->start.clearance_m);
+  EXPECT_TRUE(Valid(config.mapping.map));
+  EXPECT_TRUE(Valid(config.mission));
+  const VoxelRange workspace = VoxelsOf(shipped.scenario->workspace);
+  EXPECT_EQ(config.mapping.map.workspace_lo.x, workspace.lo[0]);
+  EXPECT_EQ(config.mapping.map.workspace_hi.z, workspace.hi[2]);
+}
+
+TEST(ProgramConfig, TellsTheDrivesTheCycleThatTheyWillHave) {
+  const ScenarioResult shipped = LoadScenario("pipes1");
+  ASSERT_TRUE(shipped.scenario);
+  InspectionOptions options;
+  options.rate_hz = 200;
+  EXPECT_EQ(ProgramConfig(*shipped.scenario, options).control.arm.cycle_ms, 5);
+}
+
+TEST(RunVirtual, ComesToRestAndLeavesAWholeFolderWhenInterrupted) {
+  ASSERT_EQ(setenv("XDG_CACHE_HOME", (testing::TempDir() + "virtual_run_cache").c_str(), 1), 0);
+  const fs::path path = test::TestFolder() / "run";
+  const ScenarioResult shipped = LoadScenario("pipes1");
+  ASSERT_TRUE(shipped.scenario);
+  RunFolder folder;
+  ASSERT_EQ(folder.Open(path, {{"stop_reason", "running"}}), "");
+  int cycles = 0;
+  int seconds = 0;
+  RunHooks hooks;
+  hooks.interrupted = [&cycles] { return ++cycles > 300; };
+  hooks.progress = [&seconds](const RunProgress& p) {
+    EXPECT_EQ(static_cast<int>(ToSeconds(p.now)), seconds);
+    ++seconds;
+  };
+  const nlohmann::ordered_json run = RunVirtual(*shipped.scenario, {}, folder, hooks);
+  EXPECT_EQ(folder.Close(), "");
+  EXPECT_GE(run["sim_time_s"], 3.0);
+  EXPECT_LE(run["sim_time_s"], 9.0);
+  EXPECT_GE(seconds, 3);
+  EXPECT_NE(run["stop_reason"], "complete");
+  EXPECT_FALSE(Passed(run));
+  EXPECT_TRUE(fs::exists(path / "map.bt"));
+  EXPECT_GT(fs::file_size(path / "can.log"), 100'000U);
+  EXPECT_GE(run["control"]["cycles"], 300);
+  EXPECT_EQ(run["control"]["heap_allocations"], 0);
+}
+
+}  // namespace
+}  // namespace pipewright::hil
