@@ -12,6 +12,8 @@ namespace {
 using Body = Kinematics<kArmJoints>;
 using Boxes = FixedVector<SelfBox, SelfBox::kMax>;
 
+constexpr double kFillStep_m = 0.05;
+
 /// The robot as built, for the camera: what it must not take for the world.
 Boxes BoxesAt(const Body& body) {
   Boxes boxes;
@@ -31,16 +33,17 @@ MappingTask::MappingTask(const MappingConfig& config, const RobotModel<kArmJoint
       tracker_(config.primitives, config.seed) {}
 
 void MappingTask::Start(const Configuration& q) {
-  const RobotShapes& shapes = TracerUf7Shapes();
-  const Body body(robot_, q);
-  for (const BodySphere& sphere : shapes.spheres) {
-    map_.MarkSweptSphere(body.Point(sphere.body, sphere.p_L),
-                         sphere.r_m + config_.start_clearance_m);
-  }
-  for (const BaseDisc& disc : shapes.discs) {
-    for (const double z_m : {shapes.discs_z_lo_m, shapes.discs_z_hi_m}) {
-      map_.MarkSweptSphere(body.Point(Body::kBase, {disc.p_B.x(), disc.p_B.y(), z_m}),
-                           disc.r_m + config_.start_clearance_m);
+  // Balls of that radius about points that fill each part: nowhere farther out than promised.
+  for (const SelfBox& part : BoxesAt(Body(robot_, q))) {
+    const Eigen::Array3i steps = (2 * part.half_m / kFillStep_m).array().ceil().cast<int>().max(1);
+    for (int i = 0; i <= steps.x(); ++i) {
+      for (int j = 0; j <= steps.y(); ++j) {
+        for (int k = 0; k <= steps.z(); ++k) {
+          const Eigen::Array3d share = Eigen::Array3d(i, j, k) / steps.cast<double>();
+          const Vector3d p_G = ((2 * share - 1) * part.half_m.array()).matrix();
+          map_.MarkSweptSphere(part.X_WG * p_G, config_.start_clearance_m);
+        }
+      }
     }
   }
   field_.Update(map_);
