@@ -176,14 +176,20 @@ void Add(const T& value, FixedVector<T, kCapacity>& list) {
   static_cast<void>(added);
 }
 
-/// Discs in a row along x that cover the footprint's rectangle with its corners.
+/// Discs in three columns and two rows that cover the footprint's rectangle with its corners. One
+/// row of larger discs would reach 0.16 m beyond the bumpers, this one 0.05 m.
 void AddDiscs(const TracerModel& base, RobotShapes& robot) {
-  constexpr int kDiscs = 3;
-  const double half_length_m = base.length_m / (2 * kDiscs);
-  const double r_m = std::sqrt(half_length_m * half_length_m + base.width_m * base.width_m / 4);
-  for (int i = 0; i < kDiscs; ++i) {
-    const double x_m = (2 * i - (kDiscs - 1)) * half_length_m;
-    Add(BaseDisc{{x_m, 0}, r_m}, robot.discs);
+  constexpr int kColumns = 3;
+  constexpr int kRows = 2;
+  const double half_x_m = base.length_m / (2 * kColumns);
+  const double half_y_m = base.width_m / (2 * kRows);
+  const double r_m = std::sqrt(half_x_m * half_x_m + half_y_m * half_y_m);
+  for (int i = 0; i < kColumns; ++i) {
+    for (int j = 0; j < kRows; ++j) {
+      const Eigen::Vector2d p_B{(2 * i - (kColumns - 1)) * half_x_m,
+                                (2 * j - (kRows - 1)) * half_y_m};
+      Add(BaseDisc{p_B, r_m}, robot.discs);
+    }
   }
 }
 

@@ -52,7 +52,7 @@ struct IndexPair {
 /// and shapes are three views of the same bodies: each covers what is built to 5 mm.
 struct RobotShapes {
   static constexpr int kMaxSpheres = 32;
-  static constexpr int kMaxDiscs = 4;
+  static constexpr int kMaxDiscs = 6;
   static constexpr int kMaxShapes = 24;
   static constexpr int kMaxPairs = 128;
 
