@@ -138,6 +138,7 @@ void Cfnbv::NotePassed(const PlanInput& input, PlanStep& step) {
   }
   m.passed_count = 0;
   static_cast<void>(m.surface.Update(input.map, input.scene, config_.surface_frames));
+  m.gains.SetSurface(m.surface.patches());  // the list has been rebuilt, maybe shorter
 }
 
 void Cfnbv::Refresh(const VoxelGrid& map) {
