@@ -227,8 +227,9 @@ void VirtualRun::Plan() {
   const MissionOutput& mission = program_->Plan(now_);
   if (mission.planned && mission.plan_steps != steps) {
     figures_.step_ms.push_back(static_cast<float>(Microseconds(start) * 1e-3));
-    folder_.Plan(
+    plan_.push_back(
         PlanJson(now_, mission, program_->planning().goal(), program_->mapping().map().counts()));
+    folder_.Plan(plan_.back());
   }
 }
 
