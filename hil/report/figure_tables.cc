@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <string_view>
 
 #include "hil/report/markup.h"
@@ -11,6 +12,8 @@ namespace pipewright::hil {
 namespace {
 
 using Json = nlohmann::ordered_json;
+
+constexpr std::size_t kShownItems = 8;  ///< of a list
 
 struct Known {
   std::string_view key;
@@ -39,6 +42,8 @@ constexpr Known kKnown[] = {
     {"coverage.truth_coverable", "voxels", "of these, which the probe can cover at all"},
     {"coverage.truth_covered", "voxels", "of these, which it covered"},
     {"coverage.ratio", "%", "covered of coverable"},
+    {"coverage.time_to_95_percent_s", "", "until 95 % were covered"},
+    {"coverage.missed_voxels", "", "coverable ones that were not covered"},
     {"entropy.visual", "nats per voxel", "what is left to see"},
     {"entropy.coverage", "nats per voxel", "what is left to cover"},
     {"entropy.combined", "nats per voxel", "their sum"},
@@ -111,6 +116,22 @@ std::string_view UnitOf(const std::string& key) {
   return "";
 }
 
+std::string ValueText(const Json& value, const Known& known);
+
+/// "a, b, (1, 2)"; of many the first few and their number.
+std::string ListText(const Json& list, const Known& known) {
+  std::string text;
+  for (std::size_t i = 0; i < std::min(list.size(), kShownItems); ++i) {
+    const std::string item = ValueText(list[i], known);
+    text += text.empty() ? "" : ", ";
+    text += list[i].is_array() ? fmt::format("({})", item) : item;
+  }
+  if (list.size() > kShownItems) {
+    text += fmt::format(" … {} in all", list.size());
+  }
+  return text.empty() ? "none" : text;
+}
+
 std::string ValueText(const Json& value, const Known& known) {
   if (value.is_number()) {
     return Number((known.unit == "%" ? 100 : 1) * value.get<double>());
@@ -122,11 +143,7 @@ std::string ValueText(const Json& value, const Known& known) {
     return value.get_ref<const std::string&>().empty() ? "–" : value.get<std::string>();
   }
   if (value.is_array()) {
-    std::string text;
-    for (const Json& item : value) {
-      text += (text.empty() ? "" : ", ") + ValueText(item, known);
-    }
-    return text.empty() ? "none" : text;
+    return ListText(value, known);
   }
   return value.dump();
 }

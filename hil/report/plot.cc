@@ -15,7 +15,7 @@ namespace {
 
 // Sizes in units of the SVG, which is about one pixel on a desk.
 constexpr int kWidth = 560;
-constexpr int kLeft = 50;
+constexpr int kLeft = 56;
 constexpr int kRight = 10;
 constexpr int kTop = 8;
 constexpr int kBottom = 22;

@@ -185,6 +185,16 @@ std::string Drawing(const WorldView& world, const Surface& surface, Projection p
   std::vector<std::vector<Vector3d>> shown = BoxEdges(world.min_m, world.max_m);
   shown.push_back(world.hand_path);
   shown.push_back(world.goals);
+  const Vector3d beside = Vector3d::Constant(0.2 * (world.max_m - world.min_m).maxCoeff());
+  for (const std::vector<Vector3d>& line : world.outlines) {
+    for (const Vector3d& point : line) {  // of a hall around it, what is far may be cut off
+      const bool near = (point.array() >= (world.min_m - beside).array()).all() &&
+                        (point.array() <= (world.max_m + beside).array()).all();
+      if (near) {
+        shown.push_back({point});
+      }
+    }
+  }
   Point2 lo = p.Of(world.min_m);
   Point2 hi = lo;
   for (const std::vector<Vector3d>& points : shown) {

@@ -83,6 +83,18 @@ TEST(FigureTables, ShowKeysTheyDoNotKnow) {
   EXPECT_EQ(RowOf(run, "flag").at(1), "true");
 }
 
+TEST(FigureTables, ShowTheFirstFewOfALongList) {
+  Json run;
+  run["places"] = Json::array();
+  for (int i = 0; i < 300; ++i) {
+    run["places"].push_back(Json::array({i, -1}));
+  }
+  const std::string text = RowOf(run, "places").at(1);
+  EXPECT_TRUE(text.starts_with("(0, −1), (1, −1), ")) << text;
+  EXPECT_NE(text.find("… 300 in all"), std::string::npos);
+  EXPECT_LT(text.size(), 200u);
+}
+
 TEST(PlanTable, HasARowAStep) {
   Json plan = {ExampleStep(1), ExampleStep(2)};
   plan[1]["decision"] = "<complete>";

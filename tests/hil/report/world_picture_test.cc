@@ -108,6 +108,21 @@ TEST(World, TheDrawingHoldsTheWorkspaceThePathAndTheGoals) {
   EXPECT_EQ(near.OfClass("hand").size(), 0u);
 }
 
+TEST(World, OutlinesWidenTheDrawingOnlyWhenTheyAreNear) {
+  const auto width = [](double x_m) {
+    WorldView world = Room();
+    world.outlines = {{Vector3d(x_m, 0, 0), Vector3d(x_m, 1, 0)}};
+    const Page page("<div>" + RenderWorld(world) + "</div>");
+    double x = 0;
+    double y = 0;
+    double w = 0;
+    std::sscanf(page.Named("svg").at(0)->Attribute("viewBox"), "%lf %lf %lf", &x, &y, &w);
+    return w;
+  };
+  EXPECT_GT(width(1.15), width(1));
+  EXPECT_EQ(width(10), width(1));
+}
+
 TEST(World, OfNothingIsEmpty) { EXPECT_EQ(RenderWorld({}), ""); }
 
 }  // namespace
