@@ -10,12 +10,16 @@
 #include <filesystem>
 #include <map>
 #include <memory>
+#include <optional>
 
 #include "hil/cli/bus_choice.h"
 #include "hil/cli/can_interfaces.h"
 #include "hil/cli/inspection.h"
 #include "hil/cli/realtime_run.h"
 #include "hil/cli/virtual_run.h"
+#include "hil/plant/robot_description.h"
+#include "hil/world/start_check.h"
+#include "platform/robot/uf7.h"
 
 namespace pipewright::hil {
 namespace {
@@ -92,15 +96,30 @@ int Report(const InspectionOptions& options, const nlohmann::ordered_json& run, 
   return Passed(run) ? kOk : kFailed;
 }
 
-int Inspect(const InspectionOptions& options) {
-  const ScenarioResult loaded = LoadScenario(options.scenario);
-  if (!loaded.scenario) {
-    for (const std::string& error : loaded.errors) {
-      fmt::print(stderr, "pipewright: {}\n", error);
+/// The scenario, if it can be run; else says why not.
+std::optional<Scenario> Load(const std::string& name_or_file) {
+  ScenarioResult loaded = LoadScenario(name_or_file);
+  if (loaded.scenario) {
+    const ArmVector home_rad = HomeJoints(TracerUf7());
+    StartCheck start = CheckStart(*loaded.scenario, RobotBodiesOf(TracerUf7Description()),
+                                  {home_rad.data(), kArmJoints});
+    for (const std::string& warning : start.warnings) {
+      fmt::print(stderr, "pipewright: warning: {}\n", warning);
     }
+    loaded.errors = std::move(start.errors);
+  }
+  for (const std::string& error : loaded.errors) {
+    fmt::print(stderr, "pipewright: {}\n", error);
+  }
+  return loaded.errors.empty() ? std::move(loaded.scenario) : std::nullopt;
+}
+
+int Inspect(const InspectionOptions& options) {
+  const std::optional<Scenario> loaded = Load(options.scenario);
+  if (!loaded) {
     return kBadInput;
   }
-  const Scenario& scenario = *loaded.scenario;
+  const Scenario& scenario = *loaded;
   std::string error;
   const BusChoice bus = ParseBus(options.bus, &error);
   CanInterfaces interfaces;

@@ -1,7 +1,26 @@
 // SPDX-License-Identifier: MIT
 // pipewright: the desk's side of the robot. `pipewright --help` tells the rest.
 
+#include <fmt/format.h>
+
 #include "hil/cli/inspect_command.h"
+
+namespace {
+
+/// CLI11 only says that a command is missing; a person wants to know which word it did not know.
+bool KnowsCommand(const CLI::App& app, const std::string& word) {
+  std::string known;
+  for (const CLI::App* command : app.get_subcommands(nullptr)) {
+    if (word.starts_with('-') || command->get_name() == word) {
+      return true;
+    }
+    known += " " + command->get_name();
+  }
+  fmt::print(stderr, "pipewright: no command '{}'; there are:{}\n", word, known);
+  return false;
+}
+
+}  // namespace
 
 int main(int argc, char** argv) {
   CLI::App app{"Pipewright: inspection of places no person should enter, by a mobile manipulator."};
@@ -9,6 +28,9 @@ int main(int argc, char** argv) {
   app.set_version_flag("--version", PIPEWRIGHT_VERSION);
   int exit_code = 0;
   pipewright::hil::AddInspect(app, &exit_code);
+  if (argc > 1 && !KnowsCommand(app, argv[1])) {
+    return 2;
+  }
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& e) {

@@ -2,6 +2,7 @@
 #include "hil/cli/realtime_run.h"
 
 #include <algorithm>
+#include <cassert>
 #include <cstring>
 #include <memory>
 
@@ -228,6 +229,7 @@ nlohmann::ordered_json RealtimeRun::Figures(Time end, Status started) {
 }
 
 nlohmann::ordered_json RealtimeRun::Run() {
+  assert(program_->status() == Status::kOk);  // options and scenario were checked
   epoch_ = Now();
   threads_ = std::make_unique<RobotThreads>(*program_, Config(), this);
   emulation_.Start(epoch_, threads_->frames());
@@ -242,7 +244,7 @@ nlohmann::ordered_json RealtimeRun::Run() {
   ReadPlans();
   program_->TakeResidual();
   folder_.Map(program_->mapping().map());
-  const nlohmann::ordered_json run = Figures(end, started);
+  nlohmann::ordered_json run = Figures(end, started);
   folder_.Text("report.html", ReportPage(run, plan_, emulation_.recorder(), scenario_,
                                          emulation_.emulator().truth()));
   return run;

@@ -11,7 +11,7 @@ RunLimits LimitsOf(const RobotProgramConfig& config) {
   RunLimits limits;
   limits.base_mps = TracerUf7().base.speed_mps;
   limits.base_radps = TracerUf7().base.turn_radps;
-  limits.joint_radps = JointValues(TracerUf7(), &ArmJoint::speed_max_radps).minCoeff();
+  limits.joint_radps = JointValues(TracerUf7(), &ArmJoint::speed_radps).minCoeff();
   limits.reached = config.control.law.reached;
   limits.period_us = 1e6 * config.control.law.constraints.period_s;
   return limits;

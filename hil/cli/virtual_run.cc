@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cassert>
 #include <chrono>
 #include <deque>
 #include <memory>
@@ -277,6 +278,7 @@ bool VirtualRun::Done() const {
 }
 
 nlohmann::ordered_json VirtualRun::Run() {
+  assert(program_->status() == Status::kOk);  // options and scenario were checked
   wall_start_ = WallClock::now();
   while (!Done()) {
     Tick();

@@ -17,7 +17,9 @@ namespace {
 
 constexpr double kFar_m = 100;  // the world: coordinates beyond are a slip of the pen
 constexpr double kTurn_rad = 4 * std::numbers::pi;
-constexpr double kMaxSide_m = 10;  // of the workspace and the map
+constexpr double kMaxSide_m = 10;     // of the workspace and the map
+constexpr double kMapMargin_m = 0.5;  // around the workspace
+constexpr double kStartRoom_m = 0.6;  // around the start: half a base, and room to turn
 constexpr std::uintmax_t kMaxFileBytes = 4'000'000;
 
 Matrix3d FromRpy(const Vector3d& rpy_rad) {
@@ -55,20 +57,8 @@ BoxRegion ReadRegion(TomlTable& table, std::string_view min, std::string_view ma
   return region;
 }
 
-void ReadMap(TomlTable& root, Scenario& scenario) {
-  const Vector3d margin = Vector3d::Constant(0.5);
-  scenario.map = {scenario.workspace.min_m - margin, scenario.workspace.max_m + margin};
-  scenario.map.min_m.z() = std::min(-0.1, scenario.workspace.min_m.z());
-  if (auto table = root.Table("map", false)) {
-    scenario.map = ReadRegion(*table, "lo_m", "hi_m");
-    if ((scenario.map.min_m.array() > scenario.workspace.min_m.array()).any() ||
-        (scenario.map.max_m.array() < scenario.workspace.max_m.array()).any()) {
-      table->Error("lo_m", "the map must hold the whole workspace");
-    }
-  }
-}
-
 void ReadStart(TomlTable& table, StartPose& start) {
+  start.where = table.Where();
   start.x_m = table.Number("x_m", -kFar_m, kFar_m);
   start.y_m = table.Number("y_m", -kFar_m, kFar_m);
   start.yaw_rad = table.Number("yaw_rad", -kTurn_rad, kTurn_rad);
@@ -77,6 +67,38 @@ void ReadStart(TomlTable& table, StartPose& start) {
   }
   start.clearance_m = table.Number("clearance_m", 0, 2, start.clearance_m);
   table.Finish();
+}
+
+/// W with a margin around it, and wide enough for a robot at the start.
+BoxRegion DefaultMap(const BoxRegion& workspace, const StartPose& start) {
+  const Vector3d start_m(start.x_m, start.y_m, workspace.min_m.z());
+  const Vector3d margin = Vector3d::Constant(kMapMargin_m);
+  const Vector3d room(kStartRoom_m, kStartRoom_m, 0);
+  BoxRegion map{(workspace.min_m - margin).cwiseMin(start_m - room),
+                (workspace.max_m + margin).cwiseMax(start_m + room)};
+  map.min_m.z() = std::min(-0.1, workspace.min_m.z());
+  return map;
+}
+
+/// When workspace and start are known.
+void ReadMap(TomlTable& root, Scenario& scenario) {
+  const StartPose& start = scenario.start;
+  if (auto table = root.Table("map", false)) {
+    scenario.map = ReadRegion(*table, "lo_m", "hi_m");
+    const BoxRegion& map = scenario.map;
+    if ((map.min_m.array() > scenario.workspace.min_m.array()).any() ||
+        (map.max_m.array() < scenario.workspace.max_m.array()).any()) {
+      table->Error("lo_m", "the map must hold the whole workspace");
+    } else if (start.x_m < map.min_m.x() || start.x_m > map.max_m.x() ||
+               start.y_m < map.min_m.y() || start.y_m > map.max_m.y()) {
+      table->Error("lo_m", "the map must hold the place where the robot starts");
+    }
+    return;
+  }
+  scenario.map = DefaultMap(scenario.workspace, start);
+  if (!((scenario.map.max_m - scenario.map.min_m).array() <= kMaxSide_m).all()) {
+    root.Error("start", "too far from the workspace: a map of both would be longer than 10 m");
+  }
 }
 
 Solid Named(SolidKind kind, TomlTable& table) {
@@ -200,14 +222,18 @@ Scenario ReadScenario(TomlTable& root, const std::string& directory) {
   Scenario scenario;
   scenario.name = root.Text("name");
   scenario.description = root.Text("description", "");
-  if (auto table = root.Table("workspace", true)) {
-    scenario.workspace = ReadRegion(*table, "min_m", "max_m");
+  auto workspace = root.Table("workspace", true);
+  auto start = root.Table("start", true);
+  if (workspace) {
+    scenario.workspace = ReadRegion(*workspace, "min_m", "max_m");
+  }
+  if (start) {
+    ReadStart(*start, scenario.start);
+  }
+  if (workspace && start) {
     ReadMap(root, scenario);
   } else {
     root.Table("map", false);
-  }
-  if (auto table = root.Table("start", true)) {
-    ReadStart(*table, scenario.start);
   }
   ReadSolids(root, directory, scenario.solids);
   if (auto table = root.Table("camera", false)) {

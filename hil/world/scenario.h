@@ -27,6 +27,7 @@ struct StartPose {
   double yaw_rad = 0;
   std::vector<double> joints_rad;  ///< empty: the robot's own home posture
   double clearance_m = 0.15;  ///< the operator's word: nothing is nearer to the robot than this
+  std::string where;          ///< "file:line:column: start", for messages
 };
 
 /// The depth camera's data. Defaults: RealSense D455, 424x240, decimated by 2 on the device.
@@ -59,7 +60,8 @@ struct ScheduledFault {
 ///
 ///   name, description      text; name is required
 ///   [workspace]            min_m max_m: W, what is to be inspected                     required
-///   [map]                  lo_m hi_m: what the map stores   (W + 0.5 m, z from -0.1 m)
+///   [map]                  lo_m hi_m: what the map stores   (W + 0.5 m and the start + 0.6 m,
+///                          z from -0.1 m)
 ///   [start]                x_m y_m yaw_rad, joints_rad[7] (home), clearance_m (0.15)    required
 ///   [[plane]]              name normal offset_m, ground (false); free where normal'p > offset
 ///   [[box]]                name center_m size_m, rpy_rad (0 0 0)

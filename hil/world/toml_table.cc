@@ -15,11 +15,18 @@ std::string Range(double lo, double hi) {
 
 }  // namespace
 
+std::string TomlTable::PlaceOf(const toml::source_region& where) const {
+  std::ostringstream text;
+  text << origin_ << ":" << where.begin.line << ":" << where.begin.column << ": " << path_;
+  return text.str();
+}
+
+std::string TomlTable::Where() const { return PlaceOf(table_.source()); }
+
 void TomlTable::Report(const toml::source_region& where, std::string_view key,
                        const std::string& what) {
   std::ostringstream text;
-  text << origin_ << ":" << where.begin.line << ":" << where.begin.column << ": ";
-  text << path_ << (path_.empty() || key.empty() ? "" : ".") << key << ": " << what;
+  text << PlaceOf(where) << (path_.empty() || key.empty() ? "" : ".") << key << ": " << what;
   errors_.push_back(text.str());
 }
 

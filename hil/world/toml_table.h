@@ -41,11 +41,14 @@ class TomlTable {
   bool Has(std::string_view key) const { return table_.contains(key); }
   /// Reports that a key's value (or, without it, the table) is wrong.
   void Error(std::string_view key, const std::string& what);
+  /// "file:line:column: path" of the table, for what is found wrong later.
+  std::string Where() const;
   /// Reports every key that was never asked for.
   void Finish();
 
  private:
   const toml::node* Find(std::string_view key, bool required);
+  std::string PlaceOf(const toml::source_region& where) const;
   void Report(const toml::source_region& where, std::string_view key, const std::string& what);
   double NumberAt(const toml::node& node, std::string_view key, double lo, double hi);
 

@@ -6,6 +6,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include "tests/support/post_cell.h"
+
 namespace pipewright::hil {
 namespace {
 
@@ -20,30 +22,6 @@ namespace fs = std::filesystem;
 CommandResult Pipewright(const std::string& arguments, const fs::path& folder) {
   return RunCommand(PIPEWRIGHT_BINARY, arguments, folder);
 }
-
-constexpr const char* kCell = R"(
-name = "cell"
-[workspace]
-min_m = [0.6, -0.3, 0.2]
-max_m = [1.2, 0.3, 0.8]
-[start]
-x_m = 0.0
-y_m = 0.0
-yaw_rad = 0.0
-[map]
-lo_m = [-1.0, -1.0, -0.1]
-hi_m = [1.7, 1.0, 1.3]
-[[plane]]
-name = "floor"
-normal = [0, 0, 1]
-offset_m = 0.0
-ground = true
-[[cylinder]]
-name = "post"
-from_m = [1.0, 0.0, 0.0]
-to_m = [1.0, 0.0, 1.2]
-radius_m = 0.06
-)";
 
 TEST(Command, HelpsAndTellsItsVersion) {
   const fs::path folder = TestFolder();
@@ -70,7 +48,7 @@ TEST(Command, SaysWhichFlagIsWrongAndStartsNothing) {
     const char* expected;  ///< in what it says
   } cases[] = {
       {"", "subcommand"},
-      {"dance", "subcommand"},
+      {"dance", "no command 'dance'; there are: inspect"},
       {"inspect --colour blue", "--colour"},
       {"inspect --seed twelve", "--seed"},
       {"inspect --seed -1", "--seed"},
@@ -97,7 +75,7 @@ TEST(Command, SaysWhichFlagIsWrongAndStartsNothing) {
 }
 
 TEST(Command, SaysWhatIsWrongWithAScenario) {
-  const std::string cell = kCell;
+  const std::string cell = test::kPostCell;
   const struct {
     const char* what;
     std::string text;
@@ -109,6 +87,10 @@ TEST(Command, SaysWhatIsWrongWithAScenario) {
       {"wrong type", cell + "[camera]\nrate_hz = \"fast\"\n", "rate_hz"},
       {"out of range", cell + "[camera]\nrate_hz = -3\n", "rate_hz"},
       {"unknown device", cell + "[[fault]]\ndevice = \"arm9\"\nkind = \"absent\"\n", "device"},
+      {"start in a box",
+       cell + "[[box]]\nname = \"bump\"\ncenter_m = [0.0, 0.0, 0.5]\n"
+              "size_m = [0.1, 0.1, 0.1]\n",
+       "cell.toml:6:1: start: the robot touches"},
       {"missing mesh", cell + "[[mesh]]\nname = \"m\"\nfile = \"no.stl\"\n", "no.stl"},
   };
   for (const auto& c : cases) {
@@ -156,7 +138,7 @@ TEST(Command, RefusesABusThatIsNotThere) {
 
 TEST(Command, PrintsOneJsonObjectAndNothingElseWhenAsked) {
   const fs::path folder = TestFolder();
-  WriteFile(folder / "cell.toml", kCell);
+  WriteFile(folder / "cell.toml", test::kPostCell);
   const CommandResult result =
       Pipewright("inspect --scenario cell.toml --seed 5 --time-limit 1 --json", folder);
   EXPECT_EQ(result.exit_code, 1);  // not complete
@@ -174,7 +156,7 @@ TEST(Command, PrintsOneJsonObjectAndNothingElseWhenAsked) {
 
 TEST(Command, PrintsATableForPeople) {
   const fs::path folder = TestFolder();
-  WriteFile(folder / "cell.toml", kCell);
+  WriteFile(folder / "cell.toml", test::kPostCell);
   const CommandResult result =
       Pipewright("inspect --scenario cell.toml --time-limit 1 --out run", folder);
   EXPECT_EQ(result.exit_code, 1);

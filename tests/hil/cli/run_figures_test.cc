@@ -7,6 +7,7 @@
 
 #include "platform/core/rng.h"
 #include "platform/robot/uf7.h"
+#include "tests/support/post_cell.h"
 
 namespace pipewright::hil {
 namespace {
@@ -82,35 +83,11 @@ TEST(RunFigures, AddUpWhatTheCyclesDid) {
   EXPECT_EQ(figures.qp_us, (std::vector<float>{4.5F, 0.5F}));
 }
 
-constexpr const char* kCell = R"(
-name = "cell"
-[workspace]
-min_m = [0.6, -0.3, 0.2]
-max_m = [1.2, 0.3, 0.8]
-[start]
-x_m = 0.0
-y_m = 0.0
-yaw_rad = 0.0
-[map]
-lo_m = [-1.0, -1.0, -0.1]
-hi_m = [1.9, 1.0, 1.4]
-[[plane]]
-name = "floor"
-normal = [0, 0, 1]
-offset_m = 0.0
-ground = true
-[[cylinder]]
-name = "post"
-from_m = [1.0, 0.0, 0.0]
-to_m = [1.0, 0.0, 1.2]
-radius_m = 0.06
-)";
-
 class RunJsonTest : public testing::Test {
  protected:
   void SetUp() override {
     ASSERT_EQ(setenv("XDG_CACHE_HOME", (testing::TempDir() + "run_figures_cache").c_str(), 1), 0);
-    const ScenarioResult result = ParseScenario(kCell, "cell", "");
+    const ScenarioResult result = ParseScenario(test::kPostCell, "cell", "");
     ASSERT_TRUE(result.scenario) << result.errors[0];
     options_.seed = 42;
     options_.svfi = SvfiMode::kWorstCase;

@@ -59,6 +59,19 @@ TEST(Scenario, KeepsWhatEachTableSays) {
   EXPECT_EQ(s.faults[0].at_s, 2.5);
 }
 
+TEST(Scenario, DefaultMapHoldsAStartThatIsFarFromTheWorkspace) {
+  const std::string head =
+      "name = 't'\n[workspace]\nmin_m = [2, 0, 0.1]\nmax_m = [3, 1, 1]\n[start]\n"
+      "y_m = 0.5\nyaw_rad = 0\n";
+  const ScenarioResult near = Parse(head + "x_m = -1\n");
+  ASSERT_TRUE(near.scenario) << near.errors[0];
+  EXPECT_TRUE(near.scenario->map.min_m.isApprox(Vector3d(-1.6, -0.5, -0.1)));
+  EXPECT_TRUE(near.scenario->map.max_m.isApprox(Vector3d(3.5, 1.5, 1.5)));
+  const ScenarioResult far = Parse(head + "x_m = -8\n");
+  ASSERT_EQ(far.errors.size(), 1U);
+  EXPECT_NE(far.errors[0].find("t.toml:5:1: start: too far"), std::string::npos) << far.errors[0];
+}
+
 struct Bad {
   const char* name;
   const char* added;
@@ -105,6 +118,8 @@ const Bad kBad[] = {
      "fault[0].at_s: an absent device"},
     {"a map smaller than the workspace", "[map]\nlo_m=[0,0,0]\nhi_m=[1,1,1]\n",
      "the map must hold the whole workspace"},
+    {"a map without the start", "[map]\nlo_m=[0.1,0.9,0]\nhi_m=[2,2,2]\n",
+     "t.toml:10:6: map.lo_m: the map must hold"},
     {"a map inside out", "[map]\nlo_m=[0,0,0]\nhi_m=[2,-2,2]\n",
      "map.hi_m: must be greater than lo_m"},
     {"broken syntax", "x = = 1\n", "t.toml:9:"},
