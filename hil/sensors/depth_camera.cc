@@ -164,8 +164,8 @@ const std::vector<DepthCamera::ExactPixel>& DepthCamera::Trace(const Isometry3d&
     for (int k = 0; k < kPacket; ++k) {
       const int pixel = first + k;
       valid[k] = pixel < pixels ? -1 : 0;
-      const double u = pixel % intrinsics_.width;
-      const double v = static_cast<double>(pixel / intrinsics_.width);
+      const int v = pixel / intrinsics_.width;
+      const int u = pixel % intrinsics_.width;
       // Not of unit length: its z_S is 1, so that the ray's parameter is the depth.
       const Eigen::Vector3f d_S(static_cast<float>((u - intrinsics_.cx) / intrinsics_.fx),
                                 static_cast<float>((v - intrinsics_.cy) / intrinsics_.fy), 1);

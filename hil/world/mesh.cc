@@ -51,7 +51,7 @@ void Collect(const aiScene& scene, const aiNode& node, const aiMatrix4x4& X_Root
 
 }  // namespace
 
-Mesh::Mesh(std::vector<Vector3d> vertices_W, std::vector<Triangle> triangles)
+Mesh::Mesh(std::vector<Vector3d> vertices_W, const std::vector<Triangle>& triangles)
     : vertices_(std::move(vertices_W)) {
   for (const Triangle& t : triangles) {
     const Vector3d& a = vertices_[t[0]];
@@ -198,7 +198,7 @@ bool LoadMesh(const std::string& file, double scale, const Isometry3d& X_WG, Mes
       return false;
     }
   }
-  mesh = Mesh(std::move(vertices), std::move(triangles));
+  mesh = Mesh(std::move(vertices), triangles);
   return true;
 }
 

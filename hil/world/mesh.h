@@ -16,7 +16,7 @@ class Mesh {
 
   Mesh() = default;
   /// Triangles whose indices are in range and whose area is not zero.
-  Mesh(std::vector<Vector3d> vertices_W, std::vector<Triangle> triangles);
+  Mesh(std::vector<Vector3d> vertices_W, const std::vector<Triangle>& triangles);
 
   const std::vector<Vector3d>& vertices() const { return vertices_; }
   const std::vector<Triangle>& triangles() const { return triangles_; }

@@ -46,7 +46,7 @@ Vector3d Rpy(TomlTable& table) {
 }
 
 BoxRegion ReadRegion(TomlTable& table, std::string_view min, std::string_view max) {
-  const BoxRegion region{table.Vector(min, -kFar_m, kFar_m), table.Vector(max, -kFar_m, kFar_m)};
+  BoxRegion region{table.Vector(min, -kFar_m, kFar_m), table.Vector(max, -kFar_m, kFar_m)};
   const Vector3d size = region.max_m - region.min_m;
   if (!(size.array() >= kVoxelWidth_m).all()) {
     table.Error(max, "must be greater than " + std::string(min) + " by a voxel (0.05 m) at least");

@@ -95,7 +95,7 @@ bool TomlTable::Bool(std::string_view key, bool otherwise) {
   return *node->value<bool>();
 }
 
-std::string TomlTable::Text(std::string_view key, std::optional<std::string> otherwise) {
+std::string TomlTable::Text(std::string_view key, const std::optional<std::string>& otherwise) {
   const toml::node* node = Find(key, !otherwise);
   if (node == nullptr) {
     return otherwise.value_or("");
@@ -108,7 +108,7 @@ std::string TomlTable::Text(std::string_view key, std::optional<std::string> oth
 }
 
 std::vector<double> TomlTable::Numbers(std::string_view key, int count, double lo, double hi,
-                                       std::optional<std::vector<double>> otherwise) {
+                                       const std::optional<std::vector<double>>& otherwise) {
   const toml::node* node = Find(key, !otherwise);
   const auto size = static_cast<std::size_t>(count);
   if (node == nullptr) {

@@ -27,11 +27,11 @@ class TomlTable {
   double Number(std::string_view key, double lo, double hi, std::optional<double> otherwise = {});
   int Integer(std::string_view key, int lo, int hi, std::optional<int> otherwise = {});
   bool Bool(std::string_view key, bool otherwise);
-  std::string Text(std::string_view key, std::optional<std::string> otherwise = {});
+  std::string Text(std::string_view key, const std::optional<std::string>& otherwise = {});
   Vector3d Vector(std::string_view key, double lo, double hi,
                   std::optional<Vector3d> otherwise = {});
   std::vector<double> Numbers(std::string_view key, int count, double lo, double hi,
-                              std::optional<std::vector<double>> otherwise = {});
+                              const std::optional<std::vector<double>>& otherwise = {});
 
   /// A sub-table; missing: an error when required, else nothing.
   std::optional<TomlTable> Table(std::string_view key, bool required);

@@ -66,8 +66,8 @@ DistanceField::DistanceField(const MapConfig& config)
       nz_(VoxelsAlong(config.lo.z, config.hi.z)),
       range_(static_cast<int>(std::ceil(config.field_range_m / config.width_m - 1e-9)) + 1) {
   assert(Valid(config));
-  const auto cells = static_cast<std::size_t>(nx_ * ny_ * nz_);
-  const auto columns = static_cast<std::size_t>(nx_ * ny_);
+  const std::size_t columns = static_cast<std::size_t>(nx_) * ny_;
+  const std::size_t cells = columns * nz_;
   cells_.assign(cells, kHere);  // all is unknown, so all is an obstacle
   scratch_.resize(cells);
   unknown_.assign(cells / 64 + 1, ~std::uint64_t{0});

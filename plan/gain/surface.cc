@@ -19,18 +19,19 @@ VoxelIndex Beside(const VoxelIndex& v, int face, int steps = 1) {
           v.z + (face / 2 == 2 ? step : 0)};
 }
 
-int CountOf(const MapConfig& map) {
+std::size_t CountOf(const MapConfig& map) {
   const VoxelIndex& lo = map.workspace_lo;
   const VoxelIndex& hi = map.workspace_hi;
-  return VoxelsAlong(lo.x, hi.x) * VoxelsAlong(lo.y, hi.y) * VoxelsAlong(lo.z, hi.z);
+  return static_cast<std::size_t>(VoxelsAlong(lo.x, hi.x)) * VoxelsAlong(lo.y, hi.y) *
+         VoxelsAlong(lo.z, hi.z);
 }
 
 }  // namespace
 
 SurfaceToCover::SurfaceToCover(const MapConfig& map, int capacity) : map_(map) {
   patches_.reserve(static_cast<std::size_t>(capacity));
-  octants_met_.assign(static_cast<std::size_t>(8 * CountOf(map)), 0);
-  faces_met_.assign(static_cast<std::size_t>(CountOf(map)), 0);
+  octants_met_.assign(8 * CountOf(map), 0);
+  faces_met_.assign(CountOf(map), 0);
 }
 
 /// Place of a voxel of W; -1 outside.
@@ -130,8 +131,9 @@ bool SurfaceToCover::LayPipes(const Scene& scene, int frames) {
     const int around = std::max(6, static_cast<int>(std::ceil(round_m / spacing_m)));
     const int along = static_cast<int>(std::ceil(std::min(length_m, 1e3) / spacing_m));
     for (int i = 0; i < along * around; ++i) {
+      const int ring = i / around;
       const double angle = 2 * std::numbers::pi * (i % around) / around;
-      const double at_m = pipe.extent_lo_m + length_m * (i / around + 0.5) / along;
+      const double at_m = pipe.extent_lo_m + length_m * (ring + 0.5) / along;
       SurfacePatch patch;
       patch.n_W = std::cos(angle) * e1 + std::sin(angle) * e2;
       patch.p_W = pipe.p_W + at_m * pipe.l_W + pipe.radius_m * patch.n_W;
