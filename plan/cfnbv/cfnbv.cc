@@ -32,7 +32,7 @@ void Cfnbv::NoteOutcome(const PlanInput& input) {
   Memory& m = *memory_;
   switch (input.outcome) {
     case GoalState::kReached:
-      m.gains.Tally(ViewpointOf(input.q), m.camera, m.failures.unsettled());
+      TallyWay(input.q);
       break;
     case GoalState::kStalled:
       m.failures.AddStall(m.last_view);
@@ -108,12 +108,17 @@ void Cfnbv::Propose(const PlanInput& input, Rng& rng, bool with_kept, PlanStep& 
   const std::pair<CandidateKind, int> draws[] = {
       {CandidateKind::kUncovered, config_.uncovered_candidates},
       {CandidateKind::kUnknown, config_.unknown_candidates},
-      {CandidateKind::kNear, config_.near_candidates},
-      {CandidateKind::kFar, config_.far_candidates}};
+      {CandidateKind::kNear, config_.near_candidates}};
   for (const auto& [kind, count] : draws) {
     for (int i = 0; i < count; ++i) {
       take(proposer.Draw(kind), kind);
     }
+  }
+  m.cramped = m.candidates.size() < config_.cramped_candidates;
+  const int aimed = m.candidates.size();
+  for (int i = 0; i < config_.far_draws && m.candidates.size() < aimed + config_.far_candidates;
+       ++i) {
+    take(proposer.Draw(CandidateKind::kFar), CandidateKind::kFar);
   }
   step.numbers.reachable += m.candidates.size();
 }

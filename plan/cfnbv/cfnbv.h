@@ -17,10 +17,11 @@ struct CfnbvConfig {
   double overhead_s = 2;  ///< t0 of the score G_w / (t0 + t): what a view costs beside the motion
   /// Configurations proposed a round: random ones near the robot and anywhere, and aimed ones.
   int near_candidates = 150;
-  int far_candidates = 100;
+  int far_candidates = 200;  ///< free ones; of at most far_draws
+  int far_draws = 4000;
   int unknown_candidates = 150;
   int uncovered_candidates = 250;
-  int rounds = 12;  ///< of proposals in one step, at most
+  int rounds = 24;  ///< of proposals in one step, at most
   int paths = 8;    ///< motion plans tried a round, at most
   /// With fewer reachable candidates than this in a round the robot is cramped: then unknown voxels
   /// outside W, within room_range_m, count too, at this share of a nat, at most room_goals times
@@ -33,8 +34,8 @@ struct CfnbvConfig {
   int stop_unknown = 4;    ///< a view of fewer unknown voxels than this, and
   int stop_uncovered = 2;  ///< of fewer uncovered ones than this, is not worth the way
   int surface_frames =
-      5;                 ///< pipes seen in so many frames say where surface is, see SurfaceToCover
-  int stop_tests = 400;  ///< reachable views that must be below it in a row before kComplete
+      5;                  ///< pipes seen in so many frames say where surface is, see SurfaceToCover
+  int stop_tests = 3000;  ///< reachable views that must be below it in a row before kComplete
   int tries_per_voxel = 3;       ///< views of a voxel that may fail before it is given up
   int forget_voxels = 50;        ///< so much new knowledge, and what had no path is tried again
   double stall_radius_m = 0.15;  ///< views this near to one that stalled twice are not taken
@@ -48,13 +49,14 @@ constexpr bool Valid(const CfnbvConfig& c) {
   const int proposals =
       c.near_candidates + c.far_candidates + c.unknown_candidates + c.uncovered_candidates;
   return Valid(c.gain) && Valid(c.motion) && c.overhead_s > 0 && c.near_candidates >= 0 &&
-         c.far_candidates >= 0 && c.unknown_candidates >= 0 && c.uncovered_candidates >= 0 &&
-         0 < proposals && proposals <= 1000 && c.rounds > 0 && c.paths > 0 && c.stop_unknown > 0 &&
-         c.stop_uncovered > 0 && c.cramped_candidates >= 0 && c.room_share >= 0 &&
-         c.room_range_m > 0 && c.stop_room > 0 && c.room_goals >= 0 && c.stop_tests > 0 &&
-         0 < c.tries_per_voxel && c.tries_per_voxel < 255 && c.forget_voxels > 0 &&
-         c.stall_radius_m >= 0 && 0 <= c.complete_known_share && c.complete_known_share <= 1 &&
-         0 <= c.complete_covered_share && c.complete_covered_share <= 1;
+         c.far_candidates >= 0 && c.far_draws >= c.far_candidates && c.unknown_candidates >= 0 &&
+         c.uncovered_candidates >= 0 && 0 < proposals && proposals <= 1000 && c.rounds > 0 &&
+         c.paths > 0 && c.stop_unknown > 0 && c.stop_uncovered > 0 && c.cramped_candidates >= 0 &&
+         c.room_share >= 0 && c.room_range_m > 0 && c.stop_room > 0 && c.room_goals >= 0 &&
+         c.stop_tests > 0 && 0 < c.tries_per_voxel && c.tries_per_voxel < 255 &&
+         c.forget_voxels > 0 && c.stall_radius_m >= 0 && 0 <= c.complete_known_share &&
+         c.complete_known_share <= 1 && 0 <= c.complete_covered_share &&
+         c.complete_covered_share <= 1;
 }
 
 /// The default planner: coverage first next best view over configurations that the robot can reach.
@@ -99,7 +101,10 @@ class Cfnbv {
   void CountTargets(const PlanInput& input, PlanStep& step);
   void Propose(const PlanInput& input, Rng& rng, bool with_kept, PlanStep& step);
   int Evaluate(const PlanInput& input);
+  template <typename Visit>
+  void WalkWay(const MotionPlanner::Path& path, Visit visit);
   ViewGain WayGain(const MotionPlanner::Path& path);
+  void TallyWay(const Configuration& q);
   bool Choose(const PlanInput& input, Rng& rng, PlanStep& step);
   void Accept(const Candidate& candidate, const ViewGain& way, double duration_s, PlanStep& step);
   void Keep();

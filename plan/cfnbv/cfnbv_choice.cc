@@ -23,8 +23,7 @@ double StallFactor(int stalls) { return stalls == 0 ? 1 : kOneStallFactor; }
 /// Gains and scores of the candidates. @returns how many are worth the way
 int Cfnbv::Evaluate(const PlanInput& input) {
   Memory& m = *memory_;
-  const bool cramped =
-      m.candidates.size() < config_.cramped_candidates && m.room_goals < config_.room_goals;
+  const bool cramped = m.cramped && m.room_goals < config_.room_goals;
   int count = 0;
   for (Candidate& c : m.candidates) {
     c.view = ViewpointOf(c.q);
@@ -50,6 +49,21 @@ int Cfnbv::Evaluate(const PlanInput& input) {
   return count;
 }
 
+/// Calls visit(view, look) along the path; where look is true, the camera counts too.
+template <typename Visit>
+void Cfnbv::WalkWay(const MotionPlanner::Path& path, Visit visit) {
+  memory_->gains.BeginWay();
+  int sample = 0;
+  for (int i = 0; i + 1 < path.size(); ++i) {
+    const Edge edge(path[i], path[i + 1], memory_->speeds);
+    const int steps = std::max(1, static_cast<int>(edge.duration_s() / kWayStep_s));
+    for (int k = 1; k <= steps; ++k, ++sample) {
+      const bool look = sample % kStepsPerLook == 0 || (i + 2 == path.size() && k == steps);
+      visit(ViewpointOf(edge.At(static_cast<double>(k) / steps)), look);
+    }
+  }
+}
+
 /// What camera and probe meet from the path's start to its end, each voxel once.
 ViewGain Cfnbv::WayGain(const MotionPlanner::Path& path) {
   Memory& m = *memory_;
@@ -60,18 +74,21 @@ ViewGain Cfnbv::WayGain(const MotionPlanner::Path& path) {
     sum.unknown_voxels += gain.unknown_voxels;
     sum.uncovered_voxels += gain.uncovered_voxels;
   };
-  m.gains.BeginWay();
-  int sample = 0;
-  for (int i = 0; i + 1 < path.size(); ++i) {
-    const Edge edge(path[i], path[i + 1], m.speeds);
-    const int steps = std::max(1, static_cast<int>(edge.duration_s() / kWayStep_s));
-    for (int k = 1; k <= steps; ++k, ++sample) {
-      const Viewpoint view = ViewpointOf(edge.At(static_cast<double>(k) / steps));
-      const bool look = sample % kStepsPerLook == 0 || (i + 2 == path.size() && k == steps);
-      add(look ? m.gains.NextOnWay(view, m.camera) : m.gains.NextOnWay(view.p_WP));
-    }
-  }
+  WalkWay(path, [&](const Viewpoint& view, bool look) {
+    add(look ? m.gains.NextOnWay(view, m.camera) : m.gains.NextOnWay(view.p_WP));
+  });
   return sum;
+}
+
+/// Tallies what the way to q should have settled, and has not.
+void Cfnbv::TallyWay(const Configuration& q) {
+  Memory& m = *memory_;
+  WalkWay(m.last_path, [&](const Viewpoint& view, bool look) {
+    if (look) {
+      m.gains.TallyOnWay(view, m.camera, m.failures.unsettled());
+    }
+  });
+  m.gains.TallyOnWay(ViewpointOf(q), m.camera, m.failures.unsettled());
 }
 
 /// Plans ways to the candidates of the best scores, and takes the one that gains most a second over
@@ -101,6 +118,7 @@ bool Cfnbv::Choose(const PlanInput& input, Rng& rng, PlanStep& step) {
       }
     } else {
       m.gains.Tally(c.view, m.camera, m.failures.pathless());
+      m.room_goals += c.room ? 1 : 0;
       step.status = status == Status::kFull ? Status::kFull : step.status;
     }
     c.score = 0;
@@ -120,6 +138,7 @@ void Cfnbv::Accept(const Candidate& c, const ViewGain& way, double duration_s, P
   step.numbers.gain_weighted = WeightedGain(config_.gain, way);
   step.numbers.duration_s = duration_s;
   m.last_view = c.view;
+  m.last_path = m.path;
   m.last_is_room = c.room;
 }
 

@@ -53,6 +53,8 @@ struct Cfnbv::Memory {
   Viewpoint last_view;
   std::uint32_t last_id = 0;  ///< of the last goal; 0: none
   bool last_is_room = false;
+  bool cramped = false;  ///< this round: hardly any candidate but the far ones is free
+  MotionPlanner::Path last_path;
   int room_goals = 0;  ///< since W's map last grew by forget_voxels
   int known_at_pathless = 0;
   MotionPlanner::Path path;

@@ -18,7 +18,6 @@ constexpr double kNearWristSigma_rad = 1.2;
 constexpr int kFirstWristJoint = 4;
 constexpr double kNearTurnSigma_rad = 0.6;
 constexpr double kNearDriveSigma_m = 0.3;
-constexpr double kFarJointsSigma_rad = 0.9;
 constexpr double kToolRoom_m = 0.07;  ///< an aimed sensor keeps at least this to obstacles
 constexpr double kBaseReach_m = 0.8;  ///< the base is tried this far around a target
 constexpr double kJointMargin_rad = 0.05;
@@ -91,8 +90,14 @@ std::optional<Configuration> Proposer::Near() {
   return checker_.Free(q) ? std::optional(q) : std::nullopt;
 }
 
+/// Base and joints anywhere: of what is hard to aim at, the most a microsecond.
 std::optional<Configuration> Proposer::Far() {
-  const Configuration q = WithJointNoise(Somewhere(), kFarJointsSigma_rad);
+  Configuration q = Somewhere();
+  for (int i = 0; i < kArmJoints; ++i) {
+    const ArmJoint& joint = TracerUf7().arm.joints[i];
+    q(3 + i) = rng_.Uniform(std::max(joint.q_min_rad + kJointMargin_rad, -std::numbers::pi),
+                            std::min(joint.q_max_rad - kJointMargin_rad, std::numbers::pi));
+  }
   return checker_.Free(q) ? std::optional(q) : std::nullopt;
 }
 

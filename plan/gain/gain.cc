@@ -242,12 +242,17 @@ void GainEvaluator::EvaluateAll(std::span<const Viewpoint> views, const RaySet& 
 
 void GainEvaluator::Tally(const Viewpoint& view, const RaySet& camera,
                           std::span<std::uint8_t> tally) {
+  BeginWay();
+  TallyOnWay(view, camera, tally);
+}
+
+void GainEvaluator::TallyOnWay(const Viewpoint& view, const RaySet& camera,
+                               std::span<std::uint8_t> tally) {
   assert(static_cast<int>(tally.size()) == workspace_voxels());
   const auto add = [&](int cell) {
     std::uint8_t& count = tally[cells_->workspace_index[cell]];
     count = static_cast<std::uint8_t>(count + (count < 255 ? 1 : 0));
   };
-  cells_->NewStamp();
   SearchUnknown(view.X_WS, camera, GainCount::kDistinct, add);
   SearchUncovered(view.p_WP, add);
 }

@@ -145,6 +145,8 @@ class GainEvaluator {
 
   /// Adds 1 (up to 255) to tally[WorkspaceIndex] of every voxel that EvaluateExact() counts.
   void Tally(const Viewpoint& view, const RaySet& camera, std::span<std::uint8_t> tally);
+  /// The same on a way: of every voxel that NextOnWay() counts.
+  void TallyOnWay(const Viewpoint& view, const RaySet& camera, std::span<std::uint8_t> tally);
 
   /// Whether the voxel can be seen from p_W as VoxelGrid::MarkCovered has it, at any distance.
   bool InSight(const Vector3d& p_W, const VoxelIndex& target) const;

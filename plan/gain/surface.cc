@@ -119,7 +119,9 @@ bool SurfaceToCover::LayFaces(const VoxelGrid& map) {
 
 /// @returns false when the store is full
 bool SurfaceToCover::LayPipes(const Scene& scene, int frames) {
-  const double spacing_m = map_.width_m / 2;
+  // Around finer than along: a sliver of a voxel's surface may be all of it that can be met.
+  const double along_spacing_m = map_.width_m / 2;
+  const double around_spacing_m = map_.width_m / 4;
   for (const PipeEstimate& pipe : scene.pipes) {
     const double length_m = pipe.extent_hi_m - pipe.extent_lo_m;
     if (pipe.frames_seen < frames || !(length_m > 0) || !(pipe.radius_m > 0)) {
@@ -128,8 +130,8 @@ bool SurfaceToCover::LayPipes(const Scene& scene, int frames) {
     const Vector3d e1 = pipe.l_W.unitOrthogonal();
     const Vector3d e2 = pipe.l_W.cross(e1);
     const double round_m = 2 * std::numbers::pi * std::min(pipe.radius_m, 1.0);
-    const int around = std::max(6, static_cast<int>(std::ceil(round_m / spacing_m)));
-    const int along = static_cast<int>(std::ceil(std::min(length_m, 1e3) / spacing_m));
+    const int around = std::max(12, static_cast<int>(std::ceil(round_m / around_spacing_m)));
+    const int along = static_cast<int>(std::ceil(std::min(length_m, 1e3) / along_spacing_m));
     for (int i = 0; i < along * around; ++i) {
       const int ring = i / around;
       const double angle = 2 * std::numbers::pi * (i % around) / around;

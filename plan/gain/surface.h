@@ -27,7 +27,8 @@ struct SurfacePatch {
 /// that rays graze on their way, though the far side of a pipe may cross it. So that no side is
 /// left out, surface is laid out in patches that face somewhere:
 ///   - each face between a surface's voxel (occupied, or solid) and a known free one;
-///   - the seen length of each estimated pipe, all around, half a voxel apart.
+///   - the seen length of each estimated pipe, all around, half a voxel apart along and a quarter
+///   around.
 /// A patch is met once the probe was within its radius, on the side it faces, with nothing before
 /// it. Faces are remembered with those of the next voxel in front and behind, patches of pipes by
 /// octants of voxels, with those 10 mm to either side: a map or an estimate that settles does not
@@ -36,7 +37,7 @@ struct SurfacePatch {
 /// Memory: `capacity` patches and 9 |W| bytes, taken at construction. What is beyond is left out.
 class SurfaceToCover {
  public:
-  explicit SurfaceToCover(const MapConfig& map, int capacity = 8192);
+  explicit SurfaceToCover(const MapConfig& map, int capacity = 16384);
 
   /// Lays out the patches that are not met yet; pipes if seen in at least `frames` frames.
   /// @returns kFull when not all fit

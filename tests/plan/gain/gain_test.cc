@@ -333,6 +333,31 @@ TEST_F(Gain, TallyMarksExactlyWhatCounts) {
   }
 }
 
+TEST_F(Gain, TallyOnAWayMarksEachVoxelOnceThatTheWayGains) {
+  test::Scatter(map_, 0.05, 0.4, rng_);
+  GainEvaluator gains(config_, map_config_);
+  gains.Update(map_);
+  const RaySet camera = LatticeCameraRays(config_);
+  std::vector<Viewpoint> way;
+  for (int i = 0; i < 5; ++i) {
+    way.push_back(UprightViewpoint(RandomPoint(map_config_, rng_), RandomDirection(rng_)));
+  }
+  int gained = 0;
+  gains.BeginWay();
+  for (const Viewpoint& view : way) {
+    const ViewGain gain = gains.NextOnWay(view, camera);
+    gained += gain.unknown_voxels + gain.uncovered_voxels;
+  }
+  std::vector<std::uint8_t> tally(static_cast<std::size_t>(gains.workspace_voxels()), 0);
+  gains.BeginWay();
+  for (const Viewpoint& view : way) {
+    gains.TallyOnWay(view, camera, tally);
+  }
+  EXPECT_GT(gained, 0);
+  EXPECT_EQ(std::count(tally.begin(), tally.end(), 1), gained);
+  EXPECT_EQ(*std::max_element(tally.begin(), tally.end()), 1);
+}
+
 TEST(UprightViewpoint, LooksAlongItsAxisWithTheImageUpright) {
   Rng rng(3);
   for (int i = 0; i < 100; ++i) {

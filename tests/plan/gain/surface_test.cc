@@ -4,6 +4,9 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
+#include <map>
+#include <numbers>
 #include <set>
 
 #include "perception/map/voxel_grid.h"
@@ -37,10 +40,10 @@ class Surface : public testing::Test {
   SurfaceToCover surface_{map_config_};
 };
 
-TEST_F(Surface, PatchesLieOnTheSeenCylinderHalfAVoxelApart) {
+TEST_F(Surface, PatchesLieOnTheSeenCylinder) {
   ASSERT_EQ(surface_.Update(map_, scene_, kFrames), Status::kOk);
-  // 0.2 m by 2 pi 0.06 m at 0.025 m each way: 8 by 16.
-  ASSERT_EQ(surface_.patches().size(), 128U);
+  // 0.2 m at 0.025 m by 2 pi 0.06 m at 0.0125 m: 8 by 31.
+  ASSERT_EQ(surface_.patches().size(), 248U);
   for (const SurfacePatch& patch : surface_.patches()) {
     const Vector3d from_axis = patch.p_W - scene_.pipes[0].p_W;
     EXPECT_LE(std::abs(from_axis.y()), 0.1);
@@ -48,6 +51,29 @@ TEST_F(Surface, PatchesLieOnTheSeenCylinderHalfAVoxelApart) {
     EXPECT_NEAR(across.norm(), 0.06, 1e-12);
     EXPECT_NEAR((across / 0.06 - patch.n_W).norm(), 0, 1e-12);
     EXPECT_EQ(patch.voxel, map_.VoxelOf(patch.p_W));
+  }
+}
+
+TEST_F(Surface, EveryVoxelThatASliverOfThePipeCrossesHasAPatch) {
+  constexpr int kAround = 3600;
+  for (int shift = 0; shift < 20; ++shift) {
+    scene_.pipes[0].p_W = {0.24 + 0.0025 * shift, 0.24, 0.26 - 0.0017 * shift};
+    ASSERT_EQ(surface_.Update(map_, scene_, kFrames), Status::kOk);
+    std::map<std::pair<int, int>, int> crossed;  // x, z: samples of the ring
+    for (int i = 0; i < kAround; ++i) {
+      const double angle = 2 * std::numbers::pi * i / kAround;
+      const VoxelIndex v =
+          map_.VoxelOf(scene_.pipes[0].p_W + 0.06 * Vector3d(std::cos(angle), 0, std::sin(angle)));
+      ++crossed[{v.x, v.z}];
+    }
+    for (const auto& [voxel, samples] : crossed) {
+      const double arc_m = 2 * std::numbers::pi * 0.06 * samples / kAround;
+      const bool has_patch = std::any_of(
+          surface_.patches().begin(), surface_.patches().end(), [&](const SurfacePatch& patch) {
+            return patch.voxel.x == voxel.first && patch.voxel.z == voxel.second;
+          });
+      EXPECT_TRUE(has_patch || arc_m < 0.0125) << shift << ": " << arc_m;
+    }
   }
 }
 

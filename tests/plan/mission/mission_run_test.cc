@@ -27,6 +27,7 @@ MissionConfig QuickMission() {
   config.cfnbv.stop_tests = 100;
   config.cfnbv.near_candidates = 80;
   config.cfnbv.far_candidates = 40;
+  config.cfnbv.far_draws = 400;
   config.cfnbv.unknown_candidates = 60;
   config.cfnbv.uncovered_candidates = 120;
   return config;
