@@ -66,8 +66,9 @@ TEST_F(Surface, EveryVoxelThatASliverOfThePipeCrossesHasAPatch) {
           map_.VoxelOf(scene_.pipes[0].p_W + 0.06 * Vector3d(std::cos(angle), 0, std::sin(angle)));
       ++crossed[{v.x, v.z}];
     }
-    for (const auto& [voxel, samples] : crossed) {
-      const double arc_m = 2 * std::numbers::pi * 0.06 * samples / kAround;
+    for (const auto& ring : crossed) {
+      const std::pair<int, int>& voxel = ring.first;
+      const double arc_m = 2 * std::numbers::pi * 0.06 * ring.second / kAround;
       const bool has_patch = std::any_of(
           surface_.patches().begin(), surface_.patches().end(), [&](const SurfacePatch& patch) {
             return patch.voxel.x == voxel.first && patch.voxel.z == voxel.second;
