@@ -24,11 +24,12 @@ constexpr bool Valid(const QpConfig& c) {
 /// Why this one: it starts from the unconstrained minimum, so a start near the answer costs as many
 /// iterations as rows differ; it ends with an infeasibility proof; and in control few rows are
 /// active, so it touches few: J a_i is formed for active rows only, all others are tested as A x
-/// in one sweep. Soft rows enter as d_i on the diagonal of the active Gram matrix: no variable, and
-/// never dependent. See WorkingSet for the factor.
+/// in one sweep, which serves a few steps. Soft rows enter as d_i on the diagonal of the active
+/// Gram matrix: no variable, and never dependent. See WorkingSet for the factor.
 ///
-/// Work: per solve n^3 + rows n; per iteration (add or drop, k active) 2 n k + k^2 + n^2 + rows n
-/// multiply-adds. Every loop is bounded; the iteration cap bounds the whole. No heap, no throw.
+/// Work: per solve n^3 / 2 + rows n; per iteration (add or drop, k active) at most
+/// 2 n k + 3/2 k^2 + n^2 + rows n multiply-adds. Every loop is bounded; the iteration cap bounds
+/// the whole. No heap, no throw.
 ///
 /// It ends: each row added raises the dual objective by viol^2 / (2 pivot) > 0, drops in between
 /// only shrink the set, so no active set returns in exact arithmetic; in rounded arithmetic the cap
@@ -65,6 +66,8 @@ class QpSolver {
   static constexpr double kWrongSign = 1e-10;     ///< a multiplier's, of the largest
   static constexpr double kSeedPivot = 1e-12;     ///< of |m|^2: less, and a remembered row waits
   static constexpr double kTiny = 1e-300;
+  static constexpr double kNearlyAsMuch = 0.6;  ///< of the most violated: worth a step, too
+  static constexpr int kMaxCandidates = 8;      ///< of one sweep
   static constexpr int kMaxRefinements = 4;
   using Set = qp::WorkingSet<n, kMaxActive>;
   using Member = typename Set::Member;
@@ -92,6 +95,8 @@ class QpSolver {
   void Mask(const Problem& qp, int name, bool active);
 
   // dual_active_set_inl.h
+  bool Sweep(const Problem& qp);
+  double Violation(const Problem& qp, int name) const;
   int MostViolated(const Problem& qp) const;
   Step Add(const Problem& qp, int name);
   int FirstToReachZero(double& t) const;
@@ -100,6 +105,7 @@ class QpSolver {
   Step Polish(const Problem& qp);
   double Residual(const Problem& qp, V& s, double* w) const;
   void Correct(const V& s, double* w);
+  bool ProvesInfeasible(const Member& p) const;
   void NameConflict(const Member& p);
 
   // dual_active_set_report_inl.h
@@ -131,7 +137,12 @@ class QpSolver {
   Vec<Problem::kStride> hi_;
   Vec<n> lb_;
   Vec<n> ub_;
-  double work_[kMaxActive];
+  Vec<Problem::kStride> missed_;    ///< by how much x misses the rows, at the last sweep
+  int worst_ = -1;                  ///< of the last sweep: the row or bound that x missed by most
+  int candidates_[kMaxCandidates];  ///< and those that it missed by nearly as much
+  int candidate_count_ = 0;
+  double worth_ = 0;  ///< what a candidate must be missed by
+  double work_[Set::kStride];
   bool equalities_ = false;
   Warm warm_[kMaxActive];
   int warm_size_ = 0;

@@ -35,38 +35,85 @@ template <int n, int m>
 typename QpSolver<n, m>::Step QpSolver<n, m>::SolveFromSeed(const Problem& qp) {
   Step step = Seed(qp);
   while (step == Step::kGoOn) {
-    const int violated = MostViolated(qp);
-    step = violated >= 0 ? Add(qp, violated) : Polish(qp);
+    if (!Sweep(qp)) {
+      return Step::kInvalid;
+    }
+    if (worst_ < 0) {
+      step = Polish(qp);
+    }
+    for (int name = worst_; name >= 0 && step == Step::kGoOn; name = MostViolated(qp)) {
+      step = Add(qp, name);
+    }
   }
   return step;
 }
 
-/// The row or bound that x misses by most, or -1 when none misses by more than the tolerance, which
-/// follows |x| up once rounding of A x does.
+/// Measures every row and bound at x. worst_: the one that x misses by most, -1 if none by more
+/// than the tolerance; candidates_: those that it misses by nearly as much. A's numbers are checked
+/// by the way: a row that is not finite gives a product that is not. @returns false then
 template <int n, int m>
-int QpSolver<n, m>::MostViolated(const Problem& qp) const {
-  double most = Tolerance();
-  int which = -1;
+bool QpSolver<n, m>::Sweep(const Problem& qp) {
+  using qp::Block;
+  Block most = Block::Constant(-kInfinity);
+  Block probe = Block::Zero();
   for (int i = 0; i < qp.rows; i += 8) {
-    const qp::Block y = qp::ProductBlock(qp, x_, i);
-    const qp::Block v =
+    const Block y = qp::ProductBlock(qp, x_, i);
+    const Block v =
         (y - hi_.template segment<8>(i).array()).max(lo_.template segment<8>(i).array() - y);
-    const int used = std::min(8, qp.rows - i);
-    if (used == 8 && !(v.maxCoeff() > most)) {
-      continue;
-    }
-    for (int k = 0; k < used; ++k) {
-      if (v[k] > most) {
-        most = v[k];
-        which = i + k;
-      }
+    missed_.template segment<8>(i) = v;
+    most = most.max(v);
+    if (i + 8 <= qp.rows) {
+      probe += 0 * y;
+    } else {
+      probe[0] += 0 * y.head(qp.rows - i).sum();
     }
   }
-  for (int j = 0; j < n; ++j) {
-    const double v = std::max(x_[j] - ub_[j], lb_[j] - x_[j]);
+  const auto x = x_.template head<n>();
+  const Vec<n> missed_box = (x - ub_).cwiseMax(lb_ - x);
+  const double worst = std::max(most.maxCoeff(), missed_box.maxCoeff());
+  worst_ = -1;
+  candidate_count_ = 0;
+  if (worst > Tolerance()) {
+    worth_ = std::max(kNearlyAsMuch * worst, Tolerance());
+    const auto see = [this, worst](int name, double missed) {
+      if (missed > worth_ && candidate_count_ < kMaxCandidates) {
+        candidates_[candidate_count_++] = name;
+      }
+      if (missed == worst) {
+        worst_ = name;
+      }
+    };
+    for (int j = 0; j < n; ++j) {
+      see(m + j, missed_box[j]);
+    }
+    for (int i = 0; i < qp.rows; ++i) {
+      see(i, missed_[i]);
+    }
+  }
+  return probe.sum() == 0;
+}
+
+/// By how much x misses a row or bound; negative: it holds.
+template <int n, int m>
+double QpSolver<n, m>::Violation(const Problem& qp, int name) const {
+  if (name < m) {
+    const double y = qp.A.row(name).dot(x_.template head<n>());
+    return std::max(y - hi_[name], lo_[name] - y);
+  }
+  return std::max(x_[name - m] - ub_[name - m], lb_[name - m] - x_[name - m]);
+}
+
+/// The one that x misses by most of what the last sweep found; -1: none is worth a step before the
+/// next sweep.
+template <int n, int m>
+int QpSolver<n, m>::MostViolated(const Problem& qp) const {
+  double most = worth_;
+  int which = -1;
+  for (int k = 0; k < candidate_count_; ++k) {
+    const double v = Violation(qp, candidates_[k]);
     if (v > most) {
       most = v;
-      which = m + j;
+      which = candidates_[k];
     }
   }
   return which;
@@ -95,6 +142,9 @@ typename QpSolver<n, m>::Step QpSolver<n, m>::Add(const Problem& qp, int name) {
       }
       x_ -= t * J_.ApplyTransposed(projection_.z);
     } else if (blocking < 0) {
+      if (!ProvesInfeasible(p)) {
+        return Step::kIllConditioned;
+      }
       NameConflict(p);
       return Step::kInfeasible;
     }
@@ -201,7 +251,10 @@ typename QpSolver<n, m>::Step QpSolver<n, m>::Polish(const Problem& qp) {
   if (least < -kWrongSign * largest) {
     return DropWrongSigns(qp);
   }
-  return MostViolated(qp) < 0 ? Step::kOptimal : Step::kGoOn;
+  if (!Sweep(qp)) {
+    return Step::kInvalid;
+  }
+  return worst_ < 0 ? Step::kOptimal : Step::kGoOn;
 }
 
 /// The KKT residual on the working set, in the problem's own data: s = Hx + g + sum lambda a,
@@ -244,6 +297,22 @@ void QpSolver<n, m>::Correct(const V& s, double* w) {
     z += w[i] * set_[i].m;
   }
   x_ -= J_.ApplyTransposed(z);
+}
+
+/// Whether projection_ is a proof in the problem's own data: with v = a_p - sum r_i a_i and r_i <=
+/// 0 for inequalities, every x that keeps the set has a_p'x >= sum r_i b_i - |v|_1 |x|_max, so none
+/// with |x|_max up to a thousand times the present one keeps p.
+template <int n, int m>
+bool QpSolver<n, m>::ProvesInfeasible(const Member& p) const {
+  constexpr double kFar = 1e3;
+  V v = p.a;
+  double gap = -p.b;
+  for (int i = 0; i < set_.size(); ++i) {
+    v -= projection_.r[i] * set_[i].a;
+    gap += projection_.r[i] * set_[i].b;
+  }
+  const double far = kFar * std::max(1.0, x_.template lpNorm<Eigen::Infinity>());
+  return gap > far * v.template lpNorm<1>();
 }
 
 /// The rows of a proof of infeasibility: a_p = sum r_i a_i with r_i <= 0 for inequalities, while

@@ -10,26 +10,42 @@
 // How a solve begins: checked data, the unconstrained minimum, the seed of the working set.
 namespace pipewright {
 
-/// Checks the data in one pass over the limits, factors H, finds x0. A's numbers are checked by
-/// what they make of x0: a row that is not finite gives a product that is not.
+/// Checks the limits in one pass, factors H, finds x0. A's numbers are checked by the sweeps, see
+/// MostViolated.
 template <int n, int m>
 typename QpSolver<n, m>::Step QpSolver<n, m>::Prepare(const Problem& qp) {
-  lo_ = qp.lo;
-  hi_ = qp.hi;
+  if (!(0 <= qp.rows && qp.rows <= m)) {
+    return Step::kInvalid;
+  }
+  bool good = true;
+  bool equal = false;
+  const auto check = [&](const auto& lo, const auto& hi) {
+    good &= (lo <= hi && lo < kInfinity && hi > -kInfinity).all();
+    equal |= (lo == hi).any();
+  };
+  int i = 0;
+  for (; i + 8 <= qp.rows; i += 8) {
+    const qp::Block lo = qp.lo.template segment<8>(i).array();
+    const qp::Block hi = qp.hi.template segment<8>(i).array();
+    check(lo, hi);
+    good &= (qp.price.template segment<8>(i).array() >= 0).all();
+    lo_.template segment<8>(i) = lo;
+    hi_.template segment<8>(i) = hi;
+  }
+  for (; i < qp.rows; ++i) {
+    check(qp.lo.template segment<1>(i).array(), qp.hi.template segment<1>(i).array());
+    good &= qp.price[i] >= 0;
+    lo_[i] = qp.lo[i];
+    hi_[i] = qp.hi[i];
+  }
+  for (; i % 8 != 0; ++i) {  // past the last row nothing is violated
+    lo_[i] = -kInfinity;
+    hi_[i] = kInfinity;
+  }
+  check(qp.lb.array(), qp.ub.array());
   lb_ = qp.lb;
   ub_ = qp.ub;
-  bool good = 0 <= qp.rows && qp.rows <= m;
-  int equal = 0;
-  for (int i = 0; good && i < qp.rows; ++i) {
-    good =
-        qp.lo[i] <= qp.hi[i] && qp.lo[i] < kInfinity && qp.hi[i] > -kInfinity && qp.price[i] >= 0;
-    equal |= qp.lo[i] == qp.hi[i];
-  }
-  for (int j = 0; good && j < n; ++j) {
-    good = qp.lb[j] <= qp.ub[j] && qp.lb[j] < kInfinity && qp.ub[j] > -kInfinity;
-    equal |= qp.lb[j] == qp.ub[j];
-  }
-  equalities_ = equal != 0;
+  equalities_ = equal;
   if (!good) {
     return Contradiction(qp);
   }
@@ -39,20 +55,13 @@ typename QpSolver<n, m>::Step QpSolver<n, m>::Prepare(const Problem& qp) {
   V g = V::Zero();
   g.template head<n>() = qp.g;
   x0_ = -J_.ApplyTransposed(J_.Apply(g));
-  double probe = x0_.sum() * 0;
-  for (int i = 0; i < qp.rows; i += 8) {
-    probe += qp::ProductBlock(qp, x0_, i).head(std::min(8, qp.rows - i)).sum() * 0;
-  }
-  return probe == 0 ? Step::kGoOn : Step::kInvalid;
+  return x0_.sum() * 0 == 0 ? Step::kGoOn : Step::kInvalid;
 }
 
 /// Some lo > hi is infeasible by itself when all numbers are numbers and the row is hard.
 template <int n, int m>
 typename QpSolver<n, m>::Step QpSolver<n, m>::Contradiction(const Problem& qp) {
   int crossed = -1;
-  if (qp.rows < 0 || qp.rows > m) {
-    return Step::kInvalid;
-  }
   for (int i = 0; i < qp.rows + n; ++i) {
     const int name = i < qp.rows ? i : m + i - qp.rows;
     const double lo = Lower(qp, name);
@@ -150,7 +159,7 @@ void QpSolver<n, m>::SeedOne(const Problem& qp, int name, int side, bool equalit
     return;
   }
   const Member c = MakeMember(qp, name, side, equality);
-  set_.Project(c, projection_);
+  set_.ProjectToAppend(c, projection_);
   if (!projection_.dependent && (equality || projection_.pivot > kSeedPivot * c.m2)) {
     set_.Append(c, projection_);
     Mask(qp, name, true);

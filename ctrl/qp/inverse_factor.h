@@ -2,8 +2,9 @@
 #pragma once
 
 #include <cmath>
+#include <utility>
 
-#include "platform/core/frames.h"
+#include "ctrl/qp/qp.h"
 
 namespace pipewright::qp {
 
@@ -19,35 +20,35 @@ class InverseFactor {
  public:
   /// H = L D L' without square roots on the critical path, then J = D^-1/2 L^-1, built along.
   /// Only H's lower triangle is read. False when H is not positive definite to rounding, or not a
-  /// number. n^3 multiply-adds in vector registers.
+  /// number. n^3 / 2 multiply-adds in vector registers.
   bool Compute(const Mat<n, n>& H) {
-    PaddedVec<n> column[n];  // what is left of H, then one column of L at a time
+    PaddedVec<n> left[n];  // what is left of H, then one column of D L at a time
     PaddedVec<n> scale = PaddedVec<n>::Zero();
     for (int j = 0; j < n; ++j) {
-      column[j].setZero();
+      left[j].setZero();
       for (int i = j; i < n; ++i) {
-        column[j][i] = H(i, j);
+        left[j][i] = H(i, j);
       }
     }
-    for (int j = 0; j < n; ++j) {
-      const double pivot = column[j][j];
-      if (!(pivot > kSmallestPivot * H(j, j)) || !std::isfinite(pivot)) {
-        return false;
-      }
+    bool definite = true;
+    ForEach([&]<int j>() {
+      const double pivot = left[j][j];
+      definite &= pivot > kSmallestPivot * H(j, j) && pivot < kInfinity;
       const double inverse = 1 / pivot;
       scale[j] = std::sqrt(inverse);
-      PaddedVec<n> l = column[j] * inverse;
-      for (int i = 0; i <= j; ++i) {
-        l[i] = 0;  // rows above the pivot were updated too, to keep whole registers
-      }
+      PaddedVec<n> l = left[j] * inverse;
+      l.template head<j + 1>().setZero();  // rows that took part to keep whole registers
       for (int k = j + 1; k < n; ++k) {
-        column[k] -= l[k] * column[j];
+        Subtract<j + 1>(l[k], left[j], left[k]);
       }
       column_[j] = -l;  // L^-1 e_j so far
       column_[j][j] = 1;
       for (int c = 0; c < j; ++c) {
-        column_[c] -= column_[c][j] * l;
+        Subtract<j>(column_[c][j], l, column_[c]);
       }
+    });
+    if (!definite) {
+      return false;
     }
     for (int c = 0; c < n; ++c) {
       column_[c].array() *= scale.array();
@@ -60,10 +61,8 @@ class InverseFactor {
 
   /// J a.
   PaddedVec<n> Apply(const PaddedVec<n>& a) const {
-    PaddedVec<n> y = column_[0] * a[0];
-    for (int j = 1; j < n; ++j) {
-      y += column_[j] * a[j];
-    }
+    PaddedVec<n> y = PaddedVec<n>::Zero();
+    ForEach([&]<int j>() { Subtract<j>(-a[j], column_[j], y); });
     return y;
   }
 
@@ -78,6 +77,22 @@ class InverseFactor {
 
  private:
   static constexpr double kSmallestPivot = 1e-15;
+
+  /// body<0>() ... body<n - 1>(): the number is a constant there, so that loops have fixed ends.
+  template <typename Body>
+  static void ForEach(Body body) {
+    [&body]<int... j>(std::integer_sequence<int, j...>) { (body.template operator()<j>(), ...); }
+    (std::make_integer_sequence<int, n>{});
+  }
+
+  /// to -= f from, from the pair on that holds row `first`: above, `from` counts for nothing.
+  template <int first>
+  static void Subtract(double f, const PaddedVec<n>& from, PaddedVec<n>& to) {
+    if constexpr (first < n) {
+      constexpr int kTop = first / 2 * 2;
+      to.template tail<Padded(n) - kTop>() -= f * from.template tail<Padded(n) - kTop>();
+    }
+  }
 
   PaddedVec<n> column_[n];
 };

@@ -7,38 +7,41 @@
 
 namespace pipewright::qp {
 
-/// The constraints held active, and a factor of their Gram matrix
+/// The constraints held active, and the inverse of a factor of their Gram matrix
 ///
-///   S = M M' + diag(d) = L diag(D) L'      row i of M: m_i = J a_i,  d_i = 1/(2 price_i) or 0
+///   S = M M' + diag(d) = N^-1 diag(D) N'^-1      row i of M: m_i = J a_i,  d_i = 1/(2 price_i) or
+///   0
 ///
-/// a_i carries the sign that makes the constraint a_i'x - d_i lambda_i <= b_i. S is only a tool:
-/// every pivot comes from an explicit residual (Project), refined once when digits cancel, so the
-/// factor is as good as one by orthogonal transformations (corrected semi-normal equations,
-/// [Bjoerck 1987]) although it costs half and holds soft rows without growing m_i.
+/// a_i carries the sign that makes the constraint a_i'x - d_i lambda_i <= b_i. N is unit lower
+/// triangular; to have it rather than its inverse makes every solve two products of matrix and
+/// vector, without the chain of dependent sums of a substitution, and the row that an added
+/// constraint gives it is its projection, already at hand. S is only a tool: pivots that lose
+/// digits come from an explicit residual (Project), refined once, so the factor is as good as one
+/// by orthogonal transformations (corrected semi-normal equations, [Bjoerck 1987]) although it
+/// costs half and holds soft rows without growing m_i.
 template <int n, int kMax>
 class WorkingSet {
  public:
   using V = PaddedVec<n>;
+  static constexpr int kStride = (kMax + 3) / 4 * 4;
 
   struct Member {
-    int name = 0;  ///< row index, or m + j for the bound of variable j
-    int side = 0;  ///< +1: at the upper limit, -1: at the lower one
-    bool equality = false;
-    double d = 0;
-    double b = 0;
-    double lambda = 0;
+    int name;  ///< row index, or m + j for the bound of variable j
+    int side;  ///< +1: at the upper limit, -1: at the lower one
+    bool equality;
+    double d;
+    double b;
+    double lambda;
     V a;
     V m;
-    double m2 = 0;  ///< |m|^2
+    double m2;  ///< |m|^2
   };
 
-  /// The residual of a candidate constraint against the set.
+  /// A candidate constraint against the set. Arrays are padded to whole blocks.
   struct Projection {
+    double r[kStride];  ///< S^-1 M m_p: how the set's multipliers fall as the candidate's grows
     V z;                ///< m_p - M'r: what is new in m_p
-    double r[kMax];     ///< S^-1 M m_p: how the set's multipliers fall as the candidate's grows
-    double l[kMax];     ///< the new row of L
-    double w[kMax];     ///< room to refine in
-    double pivot = 0;   ///< |z|^2 + sum d_i r_i^2 + d_p
+    double pivot = 0;   ///< m_p'm_p + d_p - (M m_p)'r = |z|^2 + sum d_i r_i^2 + d_p
     double noise2 = 0;  ///< r_i^2 |m_i|^2 below this is rounding
     bool dependent = false;  ///< a_p is a combination of the set, to rounding
   };
@@ -49,19 +52,129 @@ class WorkingSet {
   const Member& operator[](int i) const { return members_[i]; }
   Member& operator[](int i) { return members_[i]; }
 
-  void Project(const Member& candidate, Projection& p) const {
-    p.z = candidate.m;
-    for (int i = 0; i < size_; ++i) {
-      p.l[i] = members_[i].m.dot(candidate.m);
+  /// r, z and pivot. n k + k^2 multiply-adds for r, n k for z.
+  void Project(const Member& candidate, Projection& p) {
+    Multipliers(candidate, p);
+    Complete(candidate, p);
+  }
+
+  /// As Project, but z is formed only when the pivot has lost digits: enough for Append.
+  void ProjectToAppend(const Member& candidate, Projection& p) {
+    Multipliers(candidate, p);
+    p.noise2 = kRounding * kRounding * candidate.m2;
+    p.dependent = false;
+    if (!(p.pivot > kApart * (candidate.m2 + candidate.d))) {
+      Complete(candidate, p);
     }
-    ForwardSolve(p.l, p.l);
-    BackwardSolve(p.l, p.r);
+  }
+
+  /// Adds a constraint with the projection computed for it against the present set.
+  void Append(const Member& member, const Projection& p) {
+    assert(size_ < kMax && !p.dependent);
+    members_[size_] = member;
+    double* const row = Row(size_);
+    for (int i = 0; i < size_; ++i) {
+      row[i] = -p.r[i];
+    }
+    row[size_] = 1;
+    for (int i = size_ + 1; i < RoundUp(size_ + 1); ++i) {
+      row[i] = 0;
+    }
+    for (int t = 0; t < n; ++t) {
+      across_[t * kStride + size_] = member.m[t];
+    }
+    inverse_D_[size_] = 1 / p.pivot;
+    ++size_;
+  }
+
+  /// Removes constraint `gone`. With g its row of N and p_i = -N_ig below it, the other rows lose
+  /// their share, N_i + p_i g, and the trailing factor takes the rank-one update
+  /// diag(D) + D_gone p p' = L~ diag(D~) L~' ([Gill, Golub, Murray, Saunders 1974] C1): rows of
+  /// L~^-1 N follow one another as N_i - p_i s, s += beta_i N_i.
+  void Remove(int gone) {
+    double share[kStride];
+    double sum[kStride] = {};
+    const int blocks = RoundUp(size_);
+    for (int c = 0; c < blocks; ++c) {
+      share[c] = c < gone ? Row(gone)[c] : 0;
+    }
+    double alpha = 1 / inverse_D_[gone];
+    for (int i = gone + 1; i < size_; ++i) {
+      const double* const from = Row(i);
+      double* const to = Row(i - 1);
+      const double p = -from[gone];
+      const double d = 1 / inverse_D_[i];
+      const double updated = d + alpha * p * p;
+      const double inverse = 1 / updated;
+      const double beta = alpha * p * inverse;
+      alpha *= d * inverse;
+      for (int c = 0; c < gone; ++c) {
+        to[c] = from[c] + p * (share[c] - sum[c]);
+        sum[c] += beta * to[c];
+      }
+      for (int c = gone; c < i; ++c) {
+        to[c] = from[c + 1] - p * sum[c];
+        sum[c] += beta * to[c];
+      }
+      for (int c = i; c < RoundUp(i); ++c) {
+        to[c] = 0;
+      }
+      members_[i - 1] = members_[i];
+      inverse_D_[i - 1] = inverse;
+    }
+    --size_;
+    for (int t = 0; t < n; ++t) {
+      double* const row = across_ + t * kStride;
+      for (int i = gone; i < size_; ++i) {
+        row[i] = row[i + 1];
+      }
+    }
+  }
+
+  /// x = S^-1 w; x may be w. Both have room for kStride.
+  void Solve(const double* w, double* x) const {
+    double y[kStride];
+    ApplyScaled(w, y);
+    ApplyTransposed(y, x);
+  }
+
+ private:
+  using Four = Eigen::Array<double, 4, 1>;
+  static constexpr double kApart = 1e-5;  ///< of its diagonal: less, and the pivot is formed anew
+  static constexpr double kCancelled = 1e-4;  ///< of |m_p|^2: below, z has lost digits
+  static constexpr double kRounding = 1e-12;
+
+  static constexpr int RoundUp(int i) { return (i + 3) / 4 * 4; }
+  double* Row(int i) { return N_ + i * kStride; }
+  const double* Row(int i) const { return N_ + i * kStride; }
+
+  void Multipliers(const Member& candidate, Projection& p) {
+    double* const w = w_;
+    double y[kStride];
+    for (int i = 0; i < size_; i += 4) {
+      Four sum = Four::Map(across_ + i) * candidate.m[0];
+      for (int t = 1; t < n; ++t) {
+        sum += Four::Map(across_ + t * kStride + i) * candidate.m[t];
+      }
+      Four::Map(w + i) = sum;
+    }
+    ApplyScaled(w, y);
+    ApplyTransposed(y, p.r);
+    double known = 0;
+    for (int i = 0; i < size_; ++i) {
+      known += w[i] * p.r[i];
+    }
+    p.pivot = candidate.m2 + candidate.d - known;
+  }
+
+  void Complete(const Member& candidate, Projection& p) {
+    p.z = candidate.m;
     for (int i = 0; i < size_; ++i) {
       p.z -= p.r[i] * members_[i].m;
     }
     double z2 = p.z.squaredNorm();
     double scale2 = candidate.m2;
-    if (z2 < kCancelled * candidate.m2) {
+    if (z2 + candidate.d < kCancelled * candidate.m2) {
       Refine(p);
       z2 = p.z.squaredNorm();
       for (int i = 0; i < size_; ++i) {
@@ -76,112 +189,57 @@ class WorkingSet {
     p.dependent = p.pivot <= p.noise2;
   }
 
-  /// Adds a constraint with the projection computed for it against the present set.
-  void Append(const Member& member, const Projection& p) {
-    assert(size_ < kMax && !p.dependent);
-    members_[size_] = member;
-    double* row = Row(size_);
-    for (int i = 0; i < size_; ++i) {
-      row[i] = p.l[i];
-    }
-    D_[size_] = p.pivot;
-    inverse_D_[size_] = 1 / p.pivot;
-    ++size_;
-  }
-
-  /// Removes constraint `gone`: the trailing factor takes the rank-one update
-  /// L D L' + D_gone v v', v = the column that goes ([Gill, Golub, Murray, Saunders 1974] C1).
-  void Remove(int gone) {
-    double v[kMax];
-    double alpha = D_[gone];
-    for (int i = gone + 1; i < size_; ++i) {
-      const double* from = Row(i);
-      v[i - 1] = from[gone];
-      double* to = Row(i - 1);
-      for (int c = 0, t = 0; c < i; ++c) {
-        if (c != gone) {
-          to[t++] = from[c];
+  /// y = D^-1 N w, padded with zeros. Four rows at a time.
+  void ApplyScaled(const double* w, double* y) const {
+    for (int i = 0; i < size_; i += 4) {
+      Four sum[4] = {Four::Zero(), Four::Zero(), Four::Zero(), Four::Zero()};
+      const int rows = size_ - i < 4 ? size_ - i : 4;
+      for (int c = 0; c < i; c += 4) {
+        const Four v = Four::Map(w + c);
+        for (int k = 0; k < 4; ++k) {
+          sum[k] += Four::Map(Row(i + k) + c) * v;
         }
       }
-      members_[i - 1] = members_[i];
-      D_[i - 1] = D_[i];
-    }
-    --size_;
-    for (int j = gone; j < size_; ++j) {
-      const double p = v[j];
-      const double d = D_[j];
-      const double updated = d + alpha * p * p;
-      const double inverse = 1 / updated;
-      const double beta = alpha * p * inverse;
-      alpha *= d * inverse;
-      D_[j] = updated;
-      inverse_D_[j] = inverse;
-      for (int i = j + 1; i < size_; ++i) {
-        double& l = Row(i)[j];
-        v[i] -= p * l;
-        l += beta * v[i];
+      for (int k = 0; k < 4; ++k) {  // the block on the diagonal; w past the end is not read
+        double tail = 0;
+        for (int c = 0; k < rows && c <= k; ++c) {
+          tail += Row(i + k)[i + c] * w[i + c];
+        }
+        y[i + k] = k < rows ? (sum[k].sum() + tail) * inverse_D_[i + k] : 0;
       }
     }
   }
 
-  /// x = S^-1 w; x may be w.
-  void Solve(const double* w, double* x) const {
-    ForwardSolve(w, x);
-    BackwardSolve(x, x);
-  }
-
- private:
-  static constexpr double kCancelled = 1e-4;  ///< of |m_p|^2: below, z has lost digits
-  static constexpr double kRounding = 1e-12;
-
-  double* Row(int i) { return L_ + i * (i - 1) / 2; }
-  const double* Row(int i) const { return L_ + i * (i - 1) / 2; }
-
-  /// y = D^-1 L^-1 w; y may be w.
-  void ForwardSolve(const double* w, double* y) const {
-    for (int i = 0; i < size_; ++i) {
-      const double* row = Row(i);
-      double sum = w[i];
-      for (int j = 0; j < i; ++j) {
-        sum -= row[j] * y[j];
+  /// x = N'y, padded.
+  void ApplyTransposed(const double* y, double* x) const {
+    const int blocks = RoundUp(size_);
+    for (int c = 0; c < blocks; c += 4) {
+      Four sum = Four::Zero();
+      for (int i = c; i < size_; ++i) {
+        sum += Four::Map(Row(i) + c) * y[i];
       }
-      y[i] = sum;
-    }
-    for (int i = 0; i < size_; ++i) {
-      y[i] *= inverse_D_[i];
-    }
-  }
-
-  /// x = L'^-1 y; x may be y.
-  void BackwardSolve(const double* y, double* x) const {
-    for (int i = 0; i < size_; ++i) {
-      x[i] = y[i];
-    }
-    for (int i = size_ - 1; i > 0; --i) {
-      const double* row = Row(i);
-      const double xi = x[i];
-      for (int j = 0; j < i; ++j) {
-        x[j] -= row[j] * xi;
-      }
+      Four::Map(x + c) = sum;
     }
   }
 
   /// One step of refinement of S r = M m_p: its residual is M z - d r.
-  void Refine(Projection& p) const {
+  void Refine(Projection& p) {
+    double* const w = w_;
     for (int i = 0; i < size_; ++i) {
-      p.w[i] = members_[i].m.dot(p.z) - members_[i].d * p.r[i];
+      w[i] = members_[i].m.dot(p.z) - members_[i].d * p.r[i];
     }
-    Solve(p.w, p.w);
+    Solve(w, w);
     for (int i = 0; i < size_; ++i) {
-      p.r[i] += p.w[i];
-      p.z -= p.w[i] * members_[i].m;
+      p.r[i] += w[i];
+      p.z -= w[i] * members_[i].m;
     }
   }
 
   Member members_[kMax];
-  double L_[kMax * (kMax - 1) / 2 + 1];
-  double D_[kMax];
-  double inverse_D_[kMax];
+  double N_[kStride * kStride] = {};  ///< by rows, each padded with zeros to a block of four
+  double across_[n * kStride] = {};   ///< M by columns
+  double inverse_D_[kStride] = {};
+  double w_[kStride] = {};  ///< room
   int size_ = 0;
 };
 
