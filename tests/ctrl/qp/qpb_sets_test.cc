@@ -8,8 +8,9 @@
 #include <string>
 
 #include "ctrl/qp/dual_active_set_inl.h"
+#include "hil/cli/qp_without_slacks.h"
+#include "hil/qpb/qpb.h"
 #include "platform/core/rng.h"
-#include "tests/support/qpb.h"
 
 namespace pipewright {
 namespace {
@@ -47,15 +48,15 @@ QpProblem<n, m> Disguised(const QpProblem<n, m>& qp, Rng& rng) {
 }
 
 template <int n, int m>
-void SolveAll(const test::QpbSet& set) {
+void SolveAll(const hil::QpbSet& set) {
   const auto warm = std::make_unique<QpSolver<n, m>>();
   const auto cold = std::make_unique<QpSolver<n, m>>();
   Rng rng(1);
   int number = 0;
-  for (const test::QpbProblem& p : set.problems) {
+  for (const hil::QpbProblem& p : set.problems) {
     SCOPED_TRACE(testing::Message() << "problem " << number++);
     auto qp = std::make_unique<QpProblem<n, m>>();
-    ASSERT_TRUE(test::WithoutSlacks(p, *qp));
+    ASSERT_TRUE(hil::WithoutSlacks(p, *qp));
     const QpStatus expected = p.infeasible ? QpStatus::kInfeasible : QpStatus::kOptimal;
     cold->ForgetActiveSet();
     const auto& c = cold->Solve(*qp);
@@ -77,20 +78,10 @@ void SolveAll(const test::QpbSet& set) {
   }
 }
 
-test::QpbSet Read(const std::string& path) {
-  const auto set = test::ReadQpb(path);
-  EXPECT_TRUE(set.has_value()) << path;
-  return set.value_or(test::QpbSet{});
-}
-
-TEST(QpbFile, IsReadWholeOrNotAtAll) {
-  const test::QpbSet set = Read(PIPEWRIGHT_TEST_DATA "/qp/drift.qpb");
-  ASSERT_EQ(set.problems.size(), 8u);
-  EXPECT_TRUE(set.is_sequence);
-  EXPECT_EQ(set.problems[0].n, 16);
-  EXPECT_EQ(set.problems[0].slacks(), 6);
-  EXPECT_FALSE(test::ReadQpb(PIPEWRIGHT_TEST_DATA "/qp/README.md").has_value());
-  EXPECT_FALSE(test::ReadQpb(PIPEWRIGHT_TEST_DATA "/qp/none.qpb").has_value());
+hil::QpbSet Read(const std::string& path) {
+  const hil::QpbResult read = hil::ReadQpb(path);
+  EXPECT_EQ(read.error, "");
+  return read.set.value_or(hil::QpbSet{});
 }
 
 TEST(QpbSets, AreSolvedFromTheRepositorysOwnSample) {
