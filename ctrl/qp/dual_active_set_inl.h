@@ -157,6 +157,9 @@ typename QpSolver<n, m>::Step QpSolver<n, m>::Add(const Problem& qp, int name) {
       Mask(qp, name, true);
       return Step::kGoOn;
     }
+    if (blocking < 0) {  // a step that is no number
+      return Step::kIllConditioned;
+    }
     Mask(qp, set_[blocking].name, false);
     set_.Remove(blocking);
   }

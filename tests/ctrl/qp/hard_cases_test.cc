@@ -191,6 +191,27 @@ TEST(QpSolver, IsHonestHoweverIllConditioned) {
   EXPECT_GT(optimal, 4000);
 }
 
+TEST(QpSolver, IsHonestWhenAPriceIsTooSmallToDivideBy) {
+  QpProblem<2, 8> qp;
+  ASSERT_TRUE(qp.AddRow(Vec<2>::UnitX(), 1, kInfinity, 5e-321));
+  const auto solution = QpSolver<2, 8>().Solve(qp);
+  EXPECT_NE(solution.status, QpStatus::kInfeasible);
+  if (solution.status == QpStatus::kOptimal) {
+    EXPECT_LT(KktResidual(qp, solution), 1e-9);
+  }
+}
+
+TEST(QpSolver, DoesNotCallAProblemInfeasibleForItsHugeCost) {
+  for (double size = 1e3; size < 1e25; size *= 10) {
+    for (std::uint64_t seed = 0; seed < 20; ++seed) {
+      auto known = test::MakeQp<kN, kM>(
+          {.name = "", .at_lower = 2, .at_bound = 2, .soft = 1, .condition = 100}, seed);
+      known.qp.g[3] = size;
+      EXPECT_NE(Solver().Solve(known.qp).status, QpStatus::kInfeasible) << size << " " << seed;
+    }
+  }
+}
+
 /// The problem of a cap test: 0 satisfies every hard row.
 Problem CapProblem(Rng& rng) {
   Problem qp = FreeProblem(rng);
