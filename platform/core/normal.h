@@ -9,7 +9,7 @@ namespace pipewright {
 
 /// Phi(x) = 1/sqrt(2 pi) integral from -inf to x of exp(-t^2 / 2) dt.
 ///
-/// Relative error <= 1.5e-15 from x = -37.5 up (below, the value is denormal or 0).
+/// Relative error <= 1e-15 from x = -37.5 up (below, the value is denormal or 0).
 /// Cost: some 100 multiply-adds, no iteration.
 double NormalCdf(double x);
 

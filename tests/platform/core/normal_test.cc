@@ -89,11 +89,17 @@ TEST(NormalCdf, EndsAtZeroAndOneAndPassesNanOn) {
   EXPECT_TRUE(std::isnan(NormalCdf(kNan)));
 }
 
+/// Phi by the host's erfc in extended precision, which no part of ours uses.
+long double HostCdf(long double x) { return std::erfc(-x / std::sqrt(2.0L)) / 2; }
+
+double RelativeError(double got, long double want) {
+  return static_cast<double>(std::fabs((got - want) / want));
+}
+
 TEST(NormalCdf, AgreesWithTheErrorFunctionOfTheHostEverywhere) {
-  for (double x = -36; x <= 36; x += 0.01037) {
-    const double want =
-        static_cast<double>(std::erfc(-static_cast<long double>(x) / std::sqrt(2.0L)) / 2);
-    EXPECT_LE(RelativeError(NormalCdf(x), want), 1.5e-15) << "x = " << x;
+  static_assert(std::numeric_limits<long double>::digits >= 64);
+  for (double x = -37.5; x <= 37.5; x += 0.00137) {
+    ASSERT_LE(RelativeError(NormalCdf(x), HostCdf(x)), 1e-15) << "x = " << x;
   }
 }
 
@@ -110,6 +116,34 @@ TEST(NormalQuantile, AgreesWithSixtyDigits) {
   for (const Point& p : kQuantile) {
     SCOPED_TRACE(testing::Message() << "p = " << p.at);
     EXPECT_LE(RelativeError(NormalQuantile(p.at), p.value), 1e-15);
+  }
+}
+
+/// The root of the host's Phi by Newton's method in extended precision, from ours.
+long double HostQuantile(double p, long double start) {
+  long double z = start;
+  for (int round = 0; round < 4; ++round) {
+    const long double pdf = std::exp(-z * z / 2) / std::sqrt(2 * 3.14159265358979323846L);
+    const long double central = std::erf(z / std::sqrt(2.0L)) / 2 - (p - 0.5L);
+    z -= (p > 0.25 && p < 0.75 ? central : HostCdf(z) - p) / pdf;
+  }
+  return z;
+}
+
+TEST(NormalQuantile, AgreesWithTheErrorFunctionOfTheHostEverywhere) {
+  const auto expect = [](double p) {
+    const double z = NormalQuantile(p);
+    ASSERT_LE(RelativeError(z, HostQuantile(p, z)), 1e-15) << "p = " << p;
+    ASSERT_EQ(NormalQuantile(1 - p), p == 1 - (1 - p) ? -z : NormalQuantile(1 - p));
+  };
+  for (double p = 0.0000917; p < 0.5; p += 0.0000917) {
+    expect(p);
+  }
+  for (double exponent = -300; exponent < -4; exponent += 0.0171) {
+    expect(std::pow(10, exponent));
+  }
+  for (double off = 1e-12; off < 1e-3; off *= 1.13) {
+    expect(0.5 - off);
   }
 }
 
