@@ -33,6 +33,13 @@ void BoundControls(const ConstraintConfig& config, const RobotModel<kArmJoints>&
   }
 }
 
+void Clear(ConstraintSet& out) {
+  out.rows.clear();
+  out.chance.clear();
+  out.dropped = out.clamped = out.inside = 0;
+  out.clearance = {};
+}
+
 }  // namespace
 
 ConstraintBuilder::ConstraintBuilder(const ConstraintConfig& config,
@@ -44,27 +51,25 @@ ConstraintBuilder::ConstraintBuilder(const ConstraintConfig& config,
 
 void ConstraintBuilder::Build(const Configuration& q, const Kinematics<kArmJoints>& kinematics,
                               const Controls& u_sent, const Scene& scene,
-                              const DistanceField& field, ConstraintSet& out) const {
-  out.rows.clear();
-  out.chance.clear();
+                              const DistanceField& field, ConstraintSet& out,
+                              const StateCovariance* covariance_q) const {
+  Clear(out);
   out.z = z_;
-  out.dropped = out.clamped = out.inside = 0;
-  out.clearance = {};
   BoundControls(config_, model_, q, u_sent, out);
   if (field.empty()) {  // nothing was ever seen
     out.lb.setZero();
     out.ub.setZero();
     return;
   }
-  RowMaker maker(config_, z_, out);
+  const RowContext context{
+      config_, kinematics, shapes_, u_sent, out.lb.cwiseAbs().cwiseMax(out.ub), covariance_q};
+  RowMaker maker(config_, out.z, out);
   for (int j = 0; j < kArmJoints; ++j) {
     const double speed = model_.arm.joints[j].speed_radps;
     if (out.lb(2 + j) < -speed || out.ub(2 + j) > speed) {
       maker.JointSpeed(2 + j, speed);
     }
   }
-  const RowContext context{config_, kinematics, shapes_, u_sent,
-                           out.lb.cwiseAbs().cwiseMax(out.ub)};
   AddWorldRows(context, scene, field, maker, out.clearance);
   AddSelfRows(context, maker, out.clearance);
   maker.Finish();

@@ -45,10 +45,11 @@ class ConstraintBuilder {
   ConstraintBuilder(const ConstraintConfig& config, const RobotModel<kArmJoints>& model,
                     const RobotShapes& shapes);
 
-  /// `u_sent`: the last cycle's control, from which accelerations are limited.
+  /// `u_sent`: the last cycle's control, from which accelerations are limited. `covariance_q`: of
+  /// q, for the chance rows; null: q is known.
   void Build(const Configuration& q, const Kinematics<kArmJoints>& kinematics,
              const Controls& u_sent, const Scene& scene, const DistanceField& field,
-             ConstraintSet& out) const;
+             ConstraintSet& out, const StateCovariance* covariance_q = nullptr) const;
 
  private:
   ConstraintConfig config_;

@@ -75,24 +75,51 @@ VelocityCone PlaneCone(const PlaneEstimate& plane, const Vector3d& p_WT, double 
 
 VelocityCone PipeCone(const PipeEstimate& pipe, const AxisDistance& distance, double eta_1ps) {
   const Vector3d& e = distance.to_axis.gradient_W;
-  const Vector3d& l = pipe.l_W;
-  const double rho = distance.to_axis.d_m;
   Mat<7, 3> K = Mat<7, 3>::Zero();
-  if (rho > 0) {
-    if (distance.at_end) {
-      const Matrix3d across = (Matrix3d::Identity() - e * e.transpose()) / rho;
-      K.topRows<3>() = -across;
-      K.middleRows<3>(3) = -distance.s_m * across;
-    } else {
-      const Vector3d m = l.cross(e);
-      const Matrix3d turn = m * m.transpose() / rho;
-      K.topRows<3>() = -turn;
-      K.middleRows<3>(3) = -distance.s_m * turn - e * l.transpose();
+  if (distance.to_axis.d_m > 0) {
+    const Matrix3d B = PipeCurvature(pipe, distance);
+    K.topRows<3>() = -B;
+    K.middleRows<3>(3) = -distance.s_m * B;
+    if (!distance.at_end) {
+      K.middleRows<3>(3) -= e * pipe.l_W.transpose();
     }
   }
   Vec<7> h;
   h << -eta_1ps * e, -eta_1ps * distance.s_m * e, -eta_1ps;
   return MakeCone<7>(K, h, pipe.covariance);
+}
+
+Matrix3d PipeCurvature(const PipeEstimate& pipe, const AxisDistance& distance) {
+  const Vector3d& e = distance.to_axis.gradient_W;
+  const double rho = distance.to_axis.d_m;
+  if (!(rho > 0)) {
+    return Matrix3d::Zero();
+  }
+  if (distance.at_end) {
+    return (Matrix3d::Identity() - e * e.transpose()) / rho;
+  }
+  const Vector3d m = pipe.l_W.cross(e);
+  return m * m.transpose() / rho;
+}
+
+void AddStateVariance(const StateCovariance& covariance, const Mat<3, kControls>& J,
+                      const PointDistance& distance, const Matrix3d& B, double eta_1ps,
+                      VelocityCone& cone) {
+  const Vector3d h_t = eta_1ps * distance.gradient_W;
+  Mat<3, 3> K = B;  // by ∂x, ∂y, ∂φ; their z has no part in it
+  K.row(2) = (B * J.col(1) + distance.gradient_W.cross(Vector3d::UnitZ())).transpose();
+  const Vec<3> h{h_t.x(), h_t.y(), J.col(1).dot(h_t)};
+  const VelocityCone base = MakeCone<3>(K, h, covariance.base);
+  cone.Q += base.Q;
+  cone.q += base.q;
+  cone.c += base.c;
+  for (int j = 0; j < kArmJoints; ++j) {
+    const Vector3d k = B * J.col(2 + j);  // B is symmetric
+    const double h_j = J.col(2 + j).dot(h_t);
+    cone.Q += covariance.joint_rad2(j) * (k * k.transpose());
+    cone.q += covariance.joint_rad2(j) * h_j * k;
+    cone.c += covariance.joint_rad2(j) * h_j * h_j;
+  }
 }
 
 Result<double> ChanceQuantile(double alpha) {

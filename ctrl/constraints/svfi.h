@@ -7,6 +7,12 @@
 
 namespace pipewright {
 
+/// What is known of how wrong the robot's q may be: base (x, y, φ) in W, and each joint alone.
+struct StateCovariance {
+  Matrix3d base = Matrix3d::Zero();          ///< m², m rad, rad²
+  ArmVector joint_rad2 = ArmVector::Zero();  ///< variances
+};
+
 /// Variance of f = ∇d' J_t u + η (d − d_safe) under the primitive's covariance Σ, as a function of
 /// the point's velocity v = J_t u:
 ///
@@ -39,6 +45,26 @@ VelocityCone PlaneCone(const PlaneEstimate& plane, const Vector3d& p_WT, double 
 ///   ∂(e'v)/∂l   = −(l'w)(m'v) m / ρ − (l'v) e        (l moves across itself only)
 /// At an end, s fixed: ∂d/∂θ = [−e; −s e; −1], ∂(e'v)/∂p = −(I − ee')v/ρ, ∂(e'v)/∂l = s times that.
 VelocityCone PipeCone(const PipeEstimate& pipe, const AxisDistance& distance, double eta_1ps);
+
+/// Adds to `cone` what the robot does not know of itself: ∇f' Σ ∇f over q = (x, y, φ, q1 ... q7).
+/// q moves the point, ∂t = J_q ∂q, and d is a function of t − θ's place only:
+///
+///   ∂f/∂q = J_q' ∂f/∂t + (0, 0, 1, 0 ... 0)' (∇d × z)'v,    ∂f/∂t = B v + η ∇d,   B = ∂²d/∂t²
+///   B = 0 (plane),  mm'/ρ (line, m = l × e),  (I − ee')/ρ (point)
+///
+/// (∂f/∂t)'Σ_t(∂f/∂t) with Σ_t = J_q Σ J_q', which [CFNBV] leaves open, and one term more: v turns
+/// with the base's heading (z is up), so that an error of the base's pose is whole to first order.
+/// For the joints J_t counts as known: their ∂(J_t u)/∂q_j is left out, at most |∂q_j| |ω| |t −
+/// o_j| where η |∂q_j| |t − o_j| is counted: small while the arm turns slower than η.
+///
+/// J is the point's J_t on the reduced controls. Independent of the primitive's own Σ. With a zero
+/// covariance `cone` keeps its bits. Some 150 multiply-adds.
+void AddStateVariance(const StateCovariance& covariance, const Mat<3, kControls>& J,
+                      const PointDistance& distance, const Matrix3d& B, double eta_1ps,
+                      VelocityCone& cone);
+
+/// B = ∂²d/∂t² of the distance to a pipe's axis or, at its end, to that point.
+Matrix3d PipeCurvature(const PipeEstimate& pipe, const AxisDistance& distance);
 
 /// One stochastic VFI on u: the VFI holds with probability at least α,
 ///

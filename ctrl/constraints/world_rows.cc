@@ -32,7 +32,11 @@ void AddPlane(const RowContext& c, RowKind kind, int index, const PlaneEstimate&
   const double eta = c.config.eta_1ps;
   const RowMaker::Pair pair{kind, index, plane.id, distance.d_m - d_safe_m, eta, point.buffer_mps};
   if (pair.spare_m <= c.config.consider_m) {
-    maker.Chance(pair, distance.gradient_W, point, PlaneCone(plane, point.p_W, eta));
+    VelocityCone cone = PlaneCone(plane, point.p_W, eta);
+    if (c.covariance_q != nullptr) {
+      AddStateVariance(*c.covariance_q, point.J, distance, Matrix3d::Zero(), eta, cone);
+    }
+    maker.Chance(pair, distance.gradient_W, point, cone);
   }
 }
 
@@ -46,7 +50,12 @@ void AddPipe(const RowContext& c, int index, const PipeEstimate& pipe, const Rob
   const RowMaker::Pair pair{RowKind::kPipe,          index, pipe.id,
                             to_surface_m - d_safe_m, eta,   point.buffer_mps};
   if (pair.spare_m <= c.config.consider_m) {
-    maker.Chance(pair, distance.to_axis.gradient_W, point, PipeCone(pipe, distance, eta));
+    VelocityCone cone = PipeCone(pipe, distance, eta);
+    if (c.covariance_q != nullptr) {
+      AddStateVariance(*c.covariance_q, point.J, distance.to_axis, PipeCurvature(pipe, distance),
+                       eta, cone);
+    }
+    maker.Chance(pair, distance.to_axis.gradient_W, point, cone);
   }
 }
 

@@ -11,7 +11,8 @@ struct RowContext {
   const Kinematics<kArmJoints>& kinematics;
   const RobotShapes& shapes;
   const Controls& u_sent;
-  Controls u_max;  ///< bound of |u| in the period to come
+  Controls u_max;                                 ///< bound of |u| in the period to come
+  const StateCovariance* covariance_q = nullptr;  ///< null: q is known
 };
 
 /// Every ball of the arm and tool against planes, pipes and obstacle voxels; the base's centre

@@ -133,7 +133,8 @@ ControlOutput WholeBodyController::Step(const ControlInput& input, Time now) {
     return output;
   }
   const Kinematics<kArmJoints> kinematics(model_, state.q);
-  builder_.Build(state.q, kinematics, u_sent_, input.scene, input.field, constraints_);
+  builder_.Build(state.q, kinematics, u_sent_, input.scene, input.field, constraints_,
+                 input.covariance_q);
   output.stats.rows = constraints_.rows.size() + constraints_.chance.size();
   output.stats.chance_rows = constraints_.chance.size();
   output.stats.dropped_rows = constraints_.dropped;

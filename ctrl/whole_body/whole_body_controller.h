@@ -14,6 +14,7 @@ struct ControlInput {
   const Scene& scene;
   const DistanceField& field;
   const Goal& goal;
+  const StateCovariance* covariance_q = nullptr;  ///< of state.q; null: q is known
 };
 
 /// What one cycle did; sums are the caller's.

@@ -47,7 +47,7 @@ struct Loop {
     state.q = HomeConfiguration();
   }
   const ControlOutput& Step() {
-    output = controller.Step({state, scene, world.field(), goal}, now);
+    output = controller.Step({state, scene, world.field(), goal, covariance_q}, now);
     state.q = Advance(state.q, output.u, ToSeconds(kPeriod));
     state.u = output.u;
     now += kPeriod;
@@ -73,6 +73,7 @@ struct Loop {
   test::VoxelWorld world;
   Goal goal;
   RobotState state;
+  const StateCovariance* covariance_q = nullptr;
   ControlOutput output;
   Time now{};
 };
@@ -172,6 +173,27 @@ TEST(ClosedLoop, AGoalBehindAWallStalls) {
   loop.goal = GoalAt(2, HomeConfiguration());
   EXPECT_EQ(loop.Step().progress.state, GoalState::kMoving);
   EXPECT_EQ(loop.Run(60), GoalState::kReached);
+}
+
+TEST(ClosedLoop, ARobotThatIsLessSureOfItselfKeepsMoreDistance) {
+  constexpr double kSigma_m = 0.02;
+  StateCovariance covariance;
+  covariance.base(0, 0) = kSigma_m * kSigma_m;
+  double kept_m[2];
+  for (int unsure = 0; unsure < 2; ++unsure) {
+    WholeBodyConfig config;
+    config.constraints.alpha = 0.95;
+    Loop loop(config);
+    loop.covariance_q = unsure == 1 ? &covariance : nullptr;
+    const Vector3d p = SensorAt(HomeConfiguration()).head<3>();
+    (void)loop.scene.planes.push_back(MakePlane(1, p + Vector3d(0.4, 0, 0), {-1, 0, 0}, 5, 0, 0));
+    loop.goal = GoalAt(1, HomeConfiguration());
+    loop.goal.p_WS += Vector3d(0.6, 0, 0);
+    EXPECT_EQ(loop.Run(60), GoalState::kStalled);
+    kept_m[unsure] = loop.output.stats.clearance.plane_m;
+  }
+  // Standing before the wall, x is all that counts: 1.645 σ more.
+  EXPECT_NEAR(kept_m[1] - kept_m[0], 1.645 * kSigma_m, 0.003);
 }
 
 TEST(ClosedLoop, AnEstimateThatTurnsOutNearerIsLeftSlowly) {
