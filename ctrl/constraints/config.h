@@ -44,6 +44,8 @@ struct ConstraintConfig {
 
   SvfiMode svfi = SvfiMode::kExact;
   double alpha = 0.7;  ///< in [0.5, 1)
+  /// false: α is of each chance row; true: of all of a cycle's together (JointChanceQuantile)
+  bool joint_risk = false;
 
   /// Price of violation per kind, 0: hard. By RowKind; λ_s = 5e3.
   std::array<double, kRowKinds> price = {0, 0, 5e3, 0, 0, 0, 5e3, 5e3};

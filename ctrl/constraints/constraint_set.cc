@@ -63,6 +63,13 @@ void ConstraintBuilder::Build(const Configuration& q, const Kinematics<kArmJoint
   }
   const RowContext context{
       config_, kinematics, shapes_, u_sent, out.lb.cwiseAbs().cwiseMax(out.ub), covariance_q};
+  if (config_.joint_risk) {  // how many rows share the risk does not depend on z
+    RowMaker counter(config_, z_, out);
+    AddWorldRows(context, scene, field, counter, out.clearance);
+    const Result<double> z = JointChanceQuantile(config_.alpha, out.chance.size());
+    Clear(out);
+    out.z = z.ok() ? *z : z_;
+  }
   RowMaker maker(config_, out.z, out);
   for (int j = 0; j < kArmJoints; ++j) {
     const double speed = model_.arm.joints[j].speed_radps;

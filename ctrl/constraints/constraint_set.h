@@ -30,7 +30,7 @@ struct ConstraintSet {
   Controls ub = Controls::Zero();
   RowSet rows;          ///< deterministic
   ChanceRowSet chance;  ///< stochastic: planes and pipes
-  double z = 0;         ///< Φ⁻¹(α)
+  double z = 0;         ///< Φ⁻¹ of α or, with joint_risk, of each row's share of it
 
   int dropped = 0;  ///< rows that did not fit; the nearest are kept
   int clamped = 0;  ///< hard rows at d < d_safe (or, by chance, at less than α standing still)
@@ -46,7 +46,7 @@ class ConstraintBuilder {
                     const RobotShapes& shapes);
 
   /// `u_sent`: the last cycle's control, from which accelerations are limited. `covariance_q`: of
-  /// q, for the chance rows; null: q is known.
+  /// q, for the chance rows; null: q is known. With joint_risk the rows are made twice.
   void Build(const Configuration& q, const Kinematics<kArmJoints>& kinematics,
              const Controls& u_sent, const Scene& scene, const DistanceField& field,
              ConstraintSet& out, const StateCovariance* covariance_q = nullptr) const;

@@ -122,6 +122,14 @@ void AddStateVariance(const StateCovariance& covariance, const Mat<3, kControls>
   }
 }
 
+Result<double> JointChanceQuantile(double alpha, int rows) {
+  const Result<double> alone = ChanceQuantile(alpha);
+  if (!alone.ok() || rows <= 1) {
+    return alone;
+  }
+  return -NormalQuantile((1 - alpha) / rows);
+}
+
 Result<double> ChanceQuantile(double alpha) {
   if (!(alpha >= 0.5 && alpha < 1)) {
     return Status::kOutOfRange;

@@ -87,6 +87,17 @@ using ChanceRowSet = FixedVector<ChanceRow, kMaxChanceRows>;
 /// z = Φ⁻¹(α); kOutOfRange unless 0.5 ≤ α < 1: below a half the constraint is not convex.
 Result<double> ChanceQuantile(double alpha);
 
+/// The z of each of `rows` rows that are to hold together with probability α, whatever the
+/// dependence between them. By Boole's inequality the risks add up at most:
+///
+///   P(any fails) ≤ Σ (1 − α_i) = 1 − α   with   α_i = 1 − (1 − α)/rows,   z = −Φ⁻¹((1 − α)/rows)
+///
+/// In equal parts; [BO11] bounds a joint risk in this way. None or one row: ChanceQuantile(α).
+///
+/// [BO11] Blackmore, Ono, Williams: Chance-constrained optimal path planning with obstacles,
+///        IEEE Trans. Robotics 27(6), 2011.
+Result<double> JointChanceQuantile(double alpha, int rows);
+
 /// a'u + z σ_f(J u) − limit: how much row is violated at u, negative when it holds.
 double ChanceExcess(const ChanceRow& row, const Controls& u, double z);
 
