@@ -58,15 +58,15 @@ bool QpSolver<n, m>::Sweep(const Problem& qp) {
   Block probe = Block::Zero();
   for (int i = 0; i < qp.rows; i += 8) {
     const Block y = qp::ProductBlock(qp, x_, i);
-    const Block v =
-        (y - hi_.template segment<8>(i).array()).max(lo_.template segment<8>(i).array() - y);
-    missed_.template segment<8>(i) = v;
-    most = most.max(v);
+    Block v = (y - hi_.template segment<8>(i).array()).max(lo_.template segment<8>(i).array() - y);
     if (i + 8 <= qp.rows) {
       probe += 0 * y;
-    } else {
+    } else {  // past the last row lies what an earlier problem left
       probe[0] += 0 * y.head(qp.rows - i).sum();
+      v.tail(i + 8 - qp.rows).setConstant(-kInfinity);
     }
+    missed_.template segment<8>(i) = v;
+    most = most.max(v);
   }
   const auto x = x_.template head<n>();
   const Vec<n> missed_box = (x - ub_).cwiseMax(lb_ - x);

@@ -38,10 +38,6 @@ typename QpSolver<n, m>::Step QpSolver<n, m>::Prepare(const Problem& qp) {
     lo_[i] = qp.lo[i];
     hi_[i] = qp.hi[i];
   }
-  for (; i % 8 != 0; ++i) {  // past the last row nothing is violated
-    lo_[i] = -kInfinity;
-    hi_[i] = kInfinity;
-  }
   check(qp.lb.array(), qp.ub.array());
   lb_ = qp.lb;
   ub_ = qp.ub;

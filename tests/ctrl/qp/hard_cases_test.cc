@@ -191,6 +191,25 @@ TEST(QpSolver, IsHonestHoweverIllConditioned) {
   EXPECT_GT(optimal, 4000);
 }
 
+TEST(QpSolver, DoesNotMindWhatLiesPastTheLastRow) {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  for (std::uint64_t seed = 0; seed < 50; ++seed) {
+    Problem qp = test::MakeQp<kN, kM>({.name = "", .at_lower = 2, .soft = 1}, seed).qp;
+    qp.rows -= 5;
+    const Vec<kN> clean = Solver().Solve(qp).x;
+    for (int i = qp.rows; i < Problem::kStride; ++i) {
+      qp.A.row(i).setConstant(nan);
+      qp.lo[i] = nan;
+      qp.hi[i] = i % 2 == 0 ? -1e9 : nan;
+      qp.price[i] = -1;
+    }
+    Solver solver;
+    const auto& solution = solver.Solve(qp);
+    EXPECT_EQ(solution.status, QpStatus::kOptimal) << seed;
+    EXPECT_EQ(solution.x, clean) << seed;
+  }
+}
+
 TEST(QpSolver, IsHonestWhenAPriceIsTooSmallToDivideBy) {
   QpProblem<2, 8> qp;
   ASSERT_TRUE(qp.AddRow(Vec<2>::UnitX(), 1, kInfinity, 5e-321));
