@@ -46,7 +46,9 @@ struct Corner {
   bool Draw(Rng& rng, const Vector3d& v) const {
     bool all = true;
     for (const PlaneEstimate& plane : planes) {
-      const Vector3d dn = kTilt_rad * (rng.Normal() * plane.e1_W + rng.Normal() * plane.e2_W);
+      const double tilt1_rad = kTilt_rad * rng.Normal();  // one a line: their order is fixed
+      const double tilt2_rad = kTilt_rad * rng.Normal();
+      const Vector3d dn = tilt1_rad * plane.e1_W + tilt2_rad * plane.e2_W;
       const double d = plane.d_m + dn.dot(plane.p_WCentroid) + kShift_m * rng.Normal();
       const Vector3d n = plane.n_W + dn;
       all = n.dot(v) >= -(n.dot(t) - d - kSafe_m) && all;
@@ -62,7 +64,7 @@ struct Corner {
 
 TEST(JointRisk, AllRowsHoldTogetherWithTheStatedProbability) {
   static ChanceQp qp(12);
-  constexpr int kDraws = 20000;
+  constexpr int kDraws = 100000;
   for (const double alpha : {0.7, 0.9, 0.95, 0.99, 0.999}) {
     for (int i = 0; i < 3; ++i) {
       SCOPED_TRACE(testing::Message() << alpha << ", seed " << i);
@@ -81,8 +83,8 @@ TEST(JointRisk, AllRowsHoldTogetherWithTheStatedProbability) {
         }
         return static_cast<double>(held) / kDraws;
       };
-      // One-sided binomial bounds at 99 %.
-      const double width = 2.326 * std::sqrt(alpha * (1 - alpha) / kDraws) + 0.5 / kDraws;
+      // One-sided binomial bounds at 99 % for all fifteen cases together.
+      const double width = 3.21 * std::sqrt(alpha * (1 - alpha) / kDraws) + 0.5 / kDraws;
       EXPECT_GE(share(*JointChanceQuantile(alpha, kPlanes)), alpha - width);
       EXPECT_LT(share(*ChanceQuantile(alpha)), alpha - width) << "α of each is not α of all";
     }
