@@ -25,7 +25,9 @@ constexpr bool Valid(const QpConfig& c) {
 /// iterations as rows differ; it ends with an infeasibility proof; and in control few rows are
 /// active, so it touches few: J a_i is formed for active rows only, all others are tested as A x
 /// in one sweep, which serves a few steps. Soft rows enter as d_i on the diagonal of the active
-/// Gram matrix: no variable, and never dependent. See WorkingSet for the factor.
+/// Gram matrix: no variable, and never dependent. See WorkingSet for the factor. Those that a warm
+/// start takes for active go into H (FoldedRow): n^2 / 2 each in place of a member's n^2 / 2 + 2 n
+/// k.
 ///
 /// Work: per solve n^3 / 2 + rows n; per iteration (add or drop, k active) at most
 /// 2 n k + 3/2 k^2 + n^2 + rows n multiply-adds. Every loop is bounded; the iteration cap bounds
@@ -58,23 +60,36 @@ class QpSolver {
   void ForgetActiveSet() { warm_size_ = 0; }
 
  private:
-  /// Hard rows that are active are independent, so at most n; of soft ones, 64 are held at a time.
-  /// One more is kCapped.
-  static constexpr int kMaxActive = n + (m < 64 ? m : 64);
+  /// Hard rows that are active are independent, so at most n; of soft ones, 64 are held at a time:
+  /// with one more, those in the set are folded and their places are free again.
+  static constexpr int kMaxSoft = m < 64 ? m : 64;
+  static constexpr int kMaxActive = n + kMaxSoft;
   static constexpr double kRounding = 1e-13;      ///< of A x, per |x|
-  static constexpr double kSmallResidual = 1e-2;  ///< of the tolerances: nothing to refine
+  static constexpr double kSmallResidual = 1e-1;  ///< of the tolerances: nothing to refine
+  static constexpr double kLargeResidual = 1e3;   ///< of the tolerances: folding has cost too much
   static constexpr double kWrongSign = 1e-10;     ///< a multiplier's, of the largest
   static constexpr double kSeedPivot = 1e-12;     ///< of |m|^2: less, and a remembered row waits
   static constexpr double kTiny = 1e-300;
   static constexpr double kNearlyAsMuch = 0.6;  ///< of the most violated: worth a step, too
-  static constexpr int kMaxCandidates = 8;      ///< of one sweep
+  static constexpr double kLost = 1e6;  ///< of S's accuracy to rows taken out: more, and fold none
+  static constexpr int kMaxCandidates = 8;  ///< of one sweep
   static constexpr int kMaxRefinements = 4;
+  static constexpr double kStiffest = 1e5;  ///< w |a|^2 of a folded row, of H's least diagonal
   using Set = qp::WorkingSet<n, kMaxActive>;
   using Member = typename Set::Member;
   using V = qp::PaddedVec<n>;
   using Problem = QpProblem<n, m>;
 
-  enum class Step { kGoOn, kOptimal, kInfeasible, kCapped, kIllConditioned, kInvalid };
+  enum class Step {
+    kGoOn,
+    kOptimal,
+    kInfeasible,
+    kCapped,
+    kFull,
+    kWornOut,
+    kIllConditioned,
+    kInvalid
+  };
 
   struct Warm {
     int name;
@@ -82,31 +97,40 @@ class QpSolver {
     int side;
   };
 
-  Step SolveFromSeed(const Problem& qp);
-
   // dual_active_set_start_inl.h
   Step Prepare(const Problem& qp);
   Step Contradiction(const Problem& qp);
   Step Seed(const Problem& qp);
   void SeedOne(const Problem& qp, int name, int side, bool equality);
+  void Fold(const Problem& qp);
   int FindRow(const Problem& qp, const Warm& warm) const;
-  Member MakeMember(const Problem& qp, int name, int side, bool equality) const;
-  void RestartCold(const Problem& qp);
+  void MakeMember(const Problem& qp, int name, int side, bool equality, Member& c) const;
   void Mask(const Problem& qp, int name, bool active);
+  bool Taken(int name) const;
 
-  // dual_active_set_inl.h
+  // dual_active_set_sweep_inl.h
   bool Sweep(const Problem& qp);
   double Violation(const Problem& qp, int name) const;
   int MostViolated(const Problem& qp) const;
+
+  // dual_active_set_inl.h
+  Step Start(const Problem& qp);
+  Step Count();
+  Step SolveFromSeed(const Problem& qp);
   Step Add(const Problem& qp, int name);
   int FirstToReachZero(double& t) const;
+  int FirstFoldedToReachZero(const V& dx, double& t) const;
+  Step TakeOut(const Problem& qp, int folded);
+  Step Drop(const Problem& qp, int member);
   Step DropWrongSigns(const Problem& qp);
   void SolveOnWorkingSet();
-  Step Polish(const Problem& qp);
-  double Residual(const Problem& qp, V& s, double* w) const;
-  void Correct(const V& s, double* w);
   bool ProvesInfeasible(const Member& p) const;
   void NameConflict(const Member& p);
+
+  // dual_active_set_polish_inl.h
+  Step Polish(const Problem& qp);
+  double Residual(const Problem& qp, V& s, double* w);
+  void Correct(const V& s, double* w);
 
   // dual_active_set_report_inl.h
   void Report(const Problem& qp, Step end, const Vec<n>* feasible);
@@ -128,23 +152,28 @@ class QpSolver {
 
   QpConfig config_;
   QpSolution<n, m> solution_;
-  qp::InverseFactor<n> J_;
+  qp::InverseFactor<n> J_;  ///< of H with the folded rows
+  qp::FoldedRow<n> folded_[m];
+  int folded_count_ = 0;
+  bool fold_ = true;
+  double lost_ = 1;  ///< factor by which S has become less accurate
   Set set_;
   typename Set::Projection projection_;
-  V x0_;  ///< the unconstrained minimum, -H^-1 g
+  V x0_;  ///< the minimum without the set: -H^-1 g, both with the folded rows
   V x_;
-  Vec<Problem::kStride> lo_;  ///< the problem's, with active rows masked by infinities
+  Vec<Problem::kStride> lo_;  ///< the problem's, with active and folded rows masked by infinities
   Vec<Problem::kStride> hi_;
   Vec<n> lb_;
   Vec<n> ub_;
   Vec<Problem::kStride> missed_;    ///< by how much x misses the rows, at the last sweep
+  Vec<Problem::kStride / 8> most_;  ///< the largest of each eight of them
   int worst_ = -1;                  ///< of the last sweep: the row or bound that x missed by most
-  int candidates_[kMaxCandidates];  ///< and those that it missed by nearly as much
+  int candidates_[n + Problem::kStride + 1];  ///< and those that it missed by nearly as much
   int candidate_count_ = 0;
   double worth_ = 0;  ///< what a candidate must be missed by
   double work_[Set::kStride];
   bool equalities_ = false;
-  Warm warm_[kMaxActive];
+  Warm warm_[m + n];
   int warm_size_ = 0;
 };
 

@@ -5,7 +5,6 @@
 #include <cmath>
 
 #include "ctrl/qp/dual_active_set.h"
-#include "ctrl/qp/row_products.h"
 
 // How a solve ends: the answer, or the safe point in its place, and what the next solve starts
 // from.
@@ -13,7 +12,8 @@ namespace pipewright {
 
 template <int n, int m>
 void QpSolver<n, m>::Report(const Problem& qp, Step end, const Vec<n>* feasible) {
-  const bool iterated = end == Step::kCapped || end == Step::kIllConditioned ||
+  const bool iterated = end == Step::kCapped || end == Step::kFull || end == Step::kWornOut ||
+                        end == Step::kIllConditioned ||
                         (end == Step::kInfeasible && set_.size() > 0);
   warm_size_ = 0;
   solution_.hard_feasible = false;
@@ -52,9 +52,16 @@ void QpSolver<n, m>::Report(const Problem& qp, Step end, const Vec<n>* feasible)
 
 template <int n, int m>
 void QpSolver<n, m>::ReportMultipliers() {
+  for (int k = 0; k < folded_count_; ++k) {
+    const qp::FoldedRow<n>& row = folded_[k];
+    solution_.lambda_rows[row.name] = row.out ? 0 : row.side * std::max(row.Multiplier(x_), 0.0);
+  }
   for (int i = 0; i < set_.size(); ++i) {
     const Member& c = set_[i];
-    const double lambda = c.side * (c.equality ? c.lambda : std::max(c.lambda, 0.0));
+    const double lambda = c.side * (c.equality ? set_.lambda(i) : std::max(set_.lambda(i), 0.0));
+    if (c.d < 0) {  // a folded row that is out
+      continue;
+    }
     if (c.name < m) {
       solution_.lambda_rows[c.name] = lambda;
     } else {
@@ -65,9 +72,16 @@ void QpSolver<n, m>::ReportMultipliers() {
 
 template <int n, int m>
 void QpSolver<n, m>::RememberActiveSet(const Problem& qp) {
+  warm_size_ = 0;
+  for (int k = 0; k < folded_count_; ++k) {
+    const qp::FoldedRow<n>& row = folded_[k];
+    if (!row.out) {
+      warm_[warm_size_++] = {row.name, qp.key[row.name], row.side};
+    }
+  }
   for (int i = 0; i < set_.size(); ++i) {
     const Member& c = set_[i];
-    if (!c.equality) {
+    if (!c.equality && c.d >= 0) {
       warm_[warm_size_++] = {c.name, c.name < m ? qp.key[c.name] : 0, c.side};
     }
   }

@@ -5,51 +5,36 @@
 #include <cmath>
 
 #include "ctrl/qp/dual_active_set.h"
-#include "ctrl/qp/row_products.h"
+#include "ctrl/qp/row_kernels.h"
 
 // How a solve begins: checked data, the unconstrained minimum, the seed of the working set.
 namespace pipewright {
 
-/// Checks the limits in one pass, factors H, finds x0. A's numbers are checked by the sweeps, see
-/// MostViolated.
+/// Checks the limits in one pass, folds what can be, factors H, finds x0. A's numbers are checked
+/// by the sweeps.
 template <int n, int m>
 typename QpSolver<n, m>::Step QpSolver<n, m>::Prepare(const Problem& qp) {
   if (!(0 <= qp.rows && qp.rows <= m)) {
     return Step::kInvalid;
   }
-  bool good = true;
-  bool equal = false;
-  const auto check = [&](const auto& lo, const auto& hi) {
-    good &= (lo <= hi && lo < kInfinity && hi > -kInfinity).all();
-    equal |= (lo == hi).any();
-  };
-  int i = 0;
-  for (; i + 8 <= qp.rows; i += 8) {
-    const qp::Block lo = qp.lo.template segment<8>(i).array();
-    const qp::Block hi = qp.hi.template segment<8>(i).array();
-    check(lo, hi);
-    good &= (qp.price.template segment<8>(i).array() >= 0).all();
-    lo_.template segment<8>(i) = lo;
-    hi_.template segment<8>(i) = hi;
-  }
-  for (; i < qp.rows; ++i) {
-    check(qp.lo.template segment<1>(i).array(), qp.hi.template segment<1>(i).array());
-    good &= qp.price[i] >= 0;
-    lo_[i] = qp.lo[i];
-    hi_[i] = qp.hi[i];
-  }
-  check(qp.lb.array(), qp.ub.array());
-  lb_ = qp.lb;
-  ub_ = qp.ub;
-  equalities_ = equal;
-  if (!good) {
+  const qp::LimitFlaws rows =
+      qp::CopyLimits(qp.lo.data(), qp.hi.data(), qp.price.data(), qp.rows, lo_.data(), hi_.data());
+  const Vec<n> zero = Vec<n>::Zero();
+  const qp::LimitFlaws box =
+      qp::CopyLimits(qp.lb.data(), qp.ub.data(), zero.data(), n, lb_.data(), ub_.data());
+  equalities_ = rows.equal || box.equal;
+  if (rows.bad || box.bad) {
     return Contradiction(qp);
   }
-  if (!J_.Compute(qp.H)) {
+  Fold(qp);
+  if (!J_.Compute(qp.H, folded_, folded_count_)) {
     return Step::kInvalid;
   }
   V g = V::Zero();
   g.template head<n>() = qp.g;
+  for (int k = 0; k < folded_count_; ++k) {
+    g -= folded_[k].w * folded_[k].b * folded_[k].a;
+  }
   x0_ = -J_.ApplyTransposed(J_.Apply(g));
   return x0_.sum() * 0 == 0 ? Step::kGoOn : Step::kInvalid;
 }
@@ -76,13 +61,11 @@ typename QpSolver<n, m>::Step QpSolver<n, m>::Contradiction(const Problem& qp) {
 }
 
 template <int n, int m>
-typename QpSolver<n, m>::Member QpSolver<n, m>::MakeMember(const Problem& qp, int name, int side,
-                                                           bool equality) const {
-  Member c;
+void QpSolver<n, m>::MakeMember(const Problem& qp, int name, int side, bool equality,
+                                Member& c) const {
   c.name = name;
   c.side = side;
   c.equality = equality;
-  c.lambda = 0;
   c.b = side > 0 ? Upper(qp, name) : -Lower(qp, name);
   c.a.setZero();
   if (name < m) {
@@ -95,7 +78,13 @@ typename QpSolver<n, m>::Member QpSolver<n, m>::MakeMember(const Problem& qp, in
     c.m = side * J_.Column(name - m);
   }
   c.m2 = c.m.squaredNorm();
-  return c;
+}
+
+/// Whether the row or bound is active or folded, or never was one.
+template <int n, int m>
+bool QpSolver<n, m>::Taken(int name) const {
+  return name < m ? hi_[name] == kInfinity && lo_[name] == -kInfinity
+                  : ub_[name - m] == kInfinity && lb_[name - m] == -kInfinity;
 }
 
 template <int n, int m>
@@ -109,12 +98,34 @@ void QpSolver<n, m>::Mask(const Problem& qp, int name, bool active) {
   }
 }
 
+/// Last time's active soft rows that still exist, unless they would make H ill conditioned.
 template <int n, int m>
-void QpSolver<n, m>::RestartCold(const Problem& qp) {
-  for (int i = 0; i < set_.size(); ++i) {
-    Mask(qp, set_[i].name, false);
+void QpSolver<n, m>::Fold(const Problem& qp) {
+  folded_count_ = 0;
+  double stiffest = kInfinity;
+  for (int j = 0; j < n && warm_size_ > 0; ++j) {
+    stiffest = std::min(stiffest, kStiffest * qp.H(j, j));
   }
-  set_.clear();
+  for (int k = 0; fold_ && k < warm_size_; ++k) {
+    const Warm& warm = warm_[k];
+    const int name = warm.name < m ? FindRow(qp, warm) : -1;
+    if (name < 0 || !(qp.price[name] > 0) || qp.lo[name] == qp.hi[name] || Taken(name)) {
+      continue;
+    }
+    qp::FoldedRow<n>& row = folded_[folded_count_];
+    row.name = name;
+    row.side = warm.side;
+    row.out = false;
+    row.w = 2 * qp.price[name];
+    row.b = warm.side > 0 ? qp.hi[name] : -qp.lo[name];
+    row.a.setZero();
+    row.a.template head<n>() = warm.side * qp.A.row(name).transpose();
+    const double a2 = qp.A.row(name).squaredNorm();  // not of row.a: that is on its way to memory
+    if (std::isfinite(row.b) && row.w * a2 < stiffest) {
+      Mask(qp, name, true);
+      ++folded_count_;
+    }
+  }
 }
 
 /// The working set to begin with: all equalities (dependent ones are left out: the sweep tells
@@ -144,20 +155,20 @@ typename QpSolver<n, m>::Step QpSolver<n, m>::Seed(const Problem& qp) {
       SeedOne(qp, name, warm_[k].side, false);
     }
   }
+  SolveOnWorkingSet();
   return DropWrongSigns(qp);
 }
 
 template <int n, int m>
 void QpSolver<n, m>::SeedOne(const Problem& qp, int name, int side, bool equality) {
-  const bool taken = name < m ? hi_[name] == kInfinity && lo_[name] == -kInfinity
-                              : ub_[name - m] == kInfinity && lb_[name - m] == -kInfinity;
-  if (taken || set_.full()) {
+  if (Taken(name) || set_.full()) {
     return;
   }
-  const Member c = MakeMember(qp, name, side, equality);
+  Member& c = set_.Next();
+  MakeMember(qp, name, side, equality, c);
   set_.ProjectToAppend(c, projection_);
   if (!projection_.dependent && (equality || projection_.pivot > kSeedPivot * c.m2)) {
-    set_.Append(c, projection_);
+    set_.Append(c, 0, projection_);
     Mask(qp, name, true);
   }
 }

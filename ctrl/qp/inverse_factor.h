@@ -14,21 +14,40 @@ constexpr int Padded(int n) { return (n + 1) / 2 * 2; }
 template <int n>
 using PaddedVec = Eigen::Matrix<double, Padded(n), 1>;
 
+/// A soft row taken for active from the start: instead of joining the working set its cost
+/// w/2 (a'x - b)^2 joins H and g, which is cheaper. Its multiplier is w (a'x - b). When that turns
+/// negative the row leaves: a member a'x + mu / w <= b, mu >= 0, takes the term back out, for at
+/// the optimum over mu its own multiplier is mu = -w (a'x - b).
+template <int n>
+struct FoldedRow {
+  int name;  ///< row index
+  int side;  ///< +1: at the upper limit, -1: at the lower one
+  bool out;  ///< taken back out
+  double w;  ///< twice the price
+  double b;
+  PaddedVec<n> a;
+
+  double Multiplier(const PaddedVec<n>& x) const { return w * (a.dot(x) - b); }
+};
+
 /// The lower triangular J (n x n) with H^-1 = J'J, so |J a| measures a in the metric of the QP.
 template <int n>
 class InverseFactor {
  public:
-  /// H = L D L' without square roots on the critical path, then J = D^-1/2 L^-1, built along.
-  /// Only H's lower triangle is read. False when H is not positive definite to rounding, or not a
-  /// number. n^3 / 2 multiply-adds in vector registers.
-  bool Compute(const Mat<n, n>& H) {
+  /// Of H + sum over the folded rows of w a a' = L D L' without square roots on the critical path,
+  /// then J = D^-1/2 L^-1, built along. Only H's lower triangle is read. False when H is not
+  /// positive definite to rounding, or not a number. n^3 / 2 multiply-adds in vector registers, n^2
+  /// / 2 a folded row.
+  bool Compute(const Mat<n, n>& H, const FoldedRow<n>* folded, int count) {
     PaddedVec<n> left[n];  // what is left of H, then one column of D L at a time
     PaddedVec<n> scale = PaddedVec<n>::Zero();
     for (int j = 0; j < n; ++j) {
-      left[j].setZero();
-      for (int i = j; i < n; ++i) {
-        left[j][i] = H(i, j);
-      }
+      left[j][Padded(n) - 1] = 0;
+      left[j].template head<n>() = H.col(j);  // what stands above the diagonal counts for nothing
+    }
+    for (int k = 0; k < count; ++k) {
+      const FoldedRow<n>& row = folded[k];
+      ForEach([&]<int j>() { Subtract<j>(-row.w * row.a[j], row.a, left[j]); });
     }
     bool definite = true;
     ForEach([&]<int j>() {

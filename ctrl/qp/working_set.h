@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cassert>
+#include <cmath>
 
 #include "ctrl/qp/inverse_factor.h"
 
@@ -12,9 +13,11 @@ namespace pipewright::qp {
 ///   S = M M' + diag(d) = N^-1 diag(D) N'^-1      row i of M: m_i = J a_i,  d_i = 1/(2 price_i) or
 ///   0
 ///
-/// a_i carries the sign that makes the constraint a_i'x - d_i lambda_i <= b_i. N is unit lower
-/// triangular; to have it rather than its inverse makes every solve two products of matrix and
-/// vector, without the chain of dependent sums of a substitution, and the row that an added
+/// a_i carries the sign that makes the constraint a_i'x - d_i lambda_i <= b_i. A member with d_i <
+/// 0 takes a folded row's term back out of the cost (FoldedRow): S is then indefinite, but every
+/// set of members poses a problem with one answer, so no leading minor of S is zero. N is unit
+/// lower triangular; to have it rather than its inverse makes every solve two products of matrix
+/// and vector, without the chain of dependent sums of a substitution, and the row that an added
 /// constraint gives it is its projection, already at hand. S is only a tool: pivots that lose
 /// digits come from an explicit residual (Project), refined once, so the factor is as good as one
 /// by orthogonal transformations (corrected semi-normal equations, [Bjoerck 1987]) although it
@@ -31,10 +34,9 @@ class WorkingSet {
     bool equality;
     double d;
     double b;
-    double lambda;
+    double m2;  ///< |m|^2
     V a;
     V m;
-    double m2;  ///< |m|^2
   };
 
   /// A candidate constraint against the set. Arrays are padded to whole blocks.
@@ -50,7 +52,11 @@ class WorkingSet {
   bool full() const { return size_ == kMax; }
   void clear() { size_ = 0; }
   const Member& operator[](int i) const { return members_[i]; }
-  Member& operator[](int i) { return members_[i]; }
+  double lambda(int i) const { return lambda_[i]; }
+  double& lambda(int i) { return lambda_[i]; }
+  /// Room for a candidate, lost with the next change of the set; appended from here it is not
+  /// copied.
+  Member& Next() { return members_[size_]; }
 
   /// r, z and pivot. n k + k^2 multiply-adds for r, n k for z.
   void Project(const Member& candidate, Projection& p) {
@@ -68,10 +74,20 @@ class WorkingSet {
     }
   }
 
-  /// Adds a constraint with the projection computed for it against the present set.
-  void Append(const Member& member, const Projection& p) {
+  /// lambda -= t r.
+  void Fall(double t, const Projection& p) {
+    for (int i = 0; i < size_; i += 4) {
+      Four::Map(lambda_ + i) -= t * Four::Map(p.r + i);
+    }
+  }
+
+  /// Adds a constraint, of multiplier lambda, with the projection computed for it against the
+  /// present set.
+  void Append(const Member& member, double lambda, const Projection& p) {
     assert(size_ < kMax && !p.dependent);
-    members_[size_] = member;
+    if (&member != &members_[size_]) {
+      members_[size_] = member;
+    }
     double* const row = Row(size_);
     for (int i = 0; i < size_; ++i) {
       row[i] = -p.r[i];
@@ -84,14 +100,21 @@ class WorkingSet {
       across_[t * kStride + size_] = member.m[t];
     }
     inverse_D_[size_] = 1 / p.pivot;
+    lambda_[size_] = lambda;
+    d_[size_] = member.d;
     ++size_;
+    for (int i = size_; i < RoundUp(size_); ++i) {
+      d_[i] = 0;
+    }
   }
 
   /// Removes constraint `gone`. With g its row of N and p_i = -N_ig below it, the other rows lose
   /// their share, N_i + p_i g, and the trailing factor takes the rank-one update
   /// diag(D) + D_gone p p' = L~ diag(D~) L~' ([Gill, Golub, Murray, Saunders 1974] C1): rows of
-  /// L~^-1 N follow one another as N_i - p_i s, s += beta_i N_i.
-  void Remove(int gone) {
+  /// L~^-1 N follow one another as N_i - p_i s, s += beta_i N_i. @returns false when a pivot lost
+  /// digits, as it may while S is indefinite
+  bool Remove(int gone) {
+    bool exact = true;
     double share[kStride];
     double sum[kStride] = {};
     const int blocks = RoundUp(size_);
@@ -105,6 +128,7 @@ class WorkingSet {
       const double p = -from[gone];
       const double d = 1 / inverse_D_[i];
       const double updated = d + alpha * p * p;
+      exact &= std::fabs(updated) > kLost * std::fabs(d);
       const double inverse = 1 / updated;
       const double beta = alpha * p * inverse;
       alpha *= d * inverse;
@@ -120,15 +144,33 @@ class WorkingSet {
         to[c] = 0;
       }
       members_[i - 1] = members_[i];
+      lambda_[i - 1] = lambda_[i];
+      d_[i - 1] = d_[i];
       inverse_D_[i - 1] = inverse;
     }
     --size_;
+    d_[size_] = 0;
     for (int t = 0; t < n; ++t) {
       double* const row = across_ + t * kStride;
       for (int i = gone; i < size_; ++i) {
         row[i] = row[i + 1];
       }
     }
+    return exact;
+  }
+
+  /// Factors S anew. @returns false when a member has become dependent on those before it
+  bool Refactor(Projection& p) {
+    const int size = size_;
+    size_ = 0;
+    for (int i = 0; i < size; ++i) {
+      Project(members_[i], p);
+      if (p.dependent) {
+        return false;
+      }
+      Append(members_[i], lambda_[i], p);
+    }
+    return true;
   }
 
   /// x = S^-1 w; x may be w. Both have room for kStride.
@@ -141,7 +183,8 @@ class WorkingSet {
  private:
   using Four = Eigen::Array<double, 4, 1>;
   static constexpr double kApart = 1e-5;  ///< of its diagonal: less, and the pivot is formed anew
-  static constexpr double kCancelled = 1e-4;  ///< of |m_p|^2: below, z has lost digits
+  static constexpr double kCancelled = 1e-5;  ///< of |m_p|^2: below, z has lost digits
+  static constexpr double kLost = 0.1;  ///< of a pivot: with less left of it, S is factored anew
   static constexpr double kRounding = 1e-12;
 
   static constexpr int RoundUp(int i) { return (i + 3) / 4 * 4; }
@@ -158,13 +201,16 @@ class WorkingSet {
       }
       Four::Map(w + i) = sum;
     }
+    for (int i = size_; i < RoundUp(size_); ++i) {
+      w[i] = 0;
+    }
     ApplyScaled(w, y);
     ApplyTransposed(y, p.r);
-    double known = 0;
-    for (int i = 0; i < size_; ++i) {
-      known += w[i] * p.r[i];
+    Four known = Four::Zero();
+    for (int i = 0; i < size_; i += 4) {
+      known += Four::Map(w + i) * Four::Map(p.r + i);
     }
-    p.pivot = candidate.m2 + candidate.d - known;
+    p.pivot = candidate.m2 + candidate.d - known.sum();
   }
 
   void Complete(const Member& candidate, Projection& p) {
@@ -182,11 +228,12 @@ class WorkingSet {
       }
     }
     p.noise2 = kRounding * kRounding * scale2;
-    p.pivot = z2 + candidate.d;
-    for (int i = 0; i < size_; ++i) {
-      p.pivot += members_[i].d * p.r[i] * p.r[i];
+    Four softened = Four::Zero();
+    for (int i = 0; i < size_; i += 4) {
+      softened += Four::Map(d_ + i) * Four::Map(p.r + i).square();
     }
-    p.dependent = p.pivot <= p.noise2;
+    p.pivot = z2 + candidate.d + softened.sum();
+    p.dependent = candidate.d < 0 ? !(p.pivot < 0) : p.pivot <= p.noise2;
   }
 
   /// y = D^-1 N w, padded with zeros. Four rows at a time.
@@ -226,7 +273,7 @@ class WorkingSet {
   void Refine(Projection& p) {
     double* const w = w_;
     for (int i = 0; i < size_; ++i) {
-      w[i] = members_[i].m.dot(p.z) - members_[i].d * p.r[i];
+      w[i] = members_[i].m.dot(p.z) - d_[i] * p.r[i];
     }
     Solve(w, w);
     for (int i = 0; i < size_; ++i) {
@@ -235,11 +282,13 @@ class WorkingSet {
     }
   }
 
-  Member members_[kMax];
+  Member members_[kMax + 1];
   double N_[kStride * kStride] = {};  ///< by rows, each padded with zeros to a block of four
   double across_[n * kStride] = {};   ///< M by columns
   double inverse_D_[kStride] = {};
-  double w_[kStride] = {};  ///< room
+  double lambda_[kStride] = {};  ///< multipliers
+  double d_[kStride] = {};       ///< of the members, side by side
+  double w_[kStride] = {};       ///< room
   int size_ = 0;
 };
 

@@ -32,7 +32,7 @@ class SizedQpOf final : public SizedQp {
     return {solution_->status, solution_->iterations, took.count(), heap.allocations()};
   }
 
-  QpbPoint Point(const QpbProblem& p) const override { return WithSlacks(p, *solution_); }
+  QpbPoint Point(const QpbProblem& p) const override { return WithSlacks(p, qp_, *solution_); }
 
  private:
   QpProblem<n, m> qp_;

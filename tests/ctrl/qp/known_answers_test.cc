@@ -187,7 +187,7 @@ TEST(QpSolver, SolvesSoftRowsAsTheProblemWithItsSlacksWrittenOut) {
     const auto& f = full->Solve(*big);
     ASSERT_EQ(s.status, QpStatus::kOptimal);
     ASSERT_EQ(f.status, QpStatus::kOptimal);
-    EXPECT_LT(KktResidual(*qp, s), 1e-8);
+    EXPECT_LT(KktResidual(*qp, s), 1e-7);  // a row's 1e-11 times a multiplier of a dear one
     EXPECT_LT((s.x - f.x.head<6>()).norm(), 1e-8);
     EXPECT_LT((s.lambda_rows - f.lambda_rows).norm(), 1e-6);
   }
