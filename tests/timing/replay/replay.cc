@@ -2,12 +2,9 @@
 #include "tests/timing/replay/replay.h"
 
 #include <algorithm>
-#include <memory>
-#include <span>
 
 #include "platform/can/candump.h"
 #include "tests/timing/replay/frame_difference.h"
-#include "tests/timing/replay/replayed_cycle.h"
 #include "tests/timing/replay/stack_mark.h"
 
 namespace pipewright::timing {
@@ -43,65 +40,58 @@ void Print(const TxBatch& batch, const char* interface, Time now, std::FILE* out
   }
 }
 
-/// Apart from what follows: the grid and the head need not outlive it.
-std::unique_ptr<bench::RobotSide> Start(RecordingReader& recording) {
-  RecordingHead head;
-  if (!recording.ReadHead(head)) {
-    return nullptr;
-  }
-  auto robot = std::make_unique<bench::RobotSide>(bench::TaskConfig(head.loop), head.map);
-  Surrounding& around = robot->surrounding.Back();
-  around.scene = head.scene;
-  around.field.Update(MakeMap(head));
-  robot->surrounding.Publish();
-  return robot;
-}
-
-struct Buses {
-  ReplayPort base;
-  ReplayPort arm;
-};
-
-[[gnu::noinline]] void RunCycle(const RecordedCycle& cycle, bench::RobotSide& robot, Buses& buses) {
-  if (cycle.counted) {
-    pipewright_replayed_cycle(robot, buses.base, buses.arm, cycle.now);
-    pipewright_cycle_done();
-  } else {
-    bench::RunControlCycle(robot, buses.base, buses.arm, cycle.now);
-  }
-}
-
 }  // namespace
 
-bool Replay(RecordingReader& recording, std::FILE* sent, ReplayResult& result) {
-  const std::unique_ptr<bench::RobotSide> robot = Start(recording);
-  if (robot == nullptr || robot->task.status() != Status::kOk) {
+/// A function of its own: the head and the grid that it makes need not outlive it.
+bool Replay::Start(RecordingReader& recording) {
+  RecordingHead head;
+  if (!recording.ReadHead(head)) {
     return false;
   }
-  result.field_bytes = 3 * robot->surrounding.Read().field.MemoryBytes();
-  const auto cycle = std::make_unique<RecordedCycle>();
-  const auto buses = std::make_unique<Buses>();
-  while (recording.Next(*cycle)) {
-    if (cycle->has_goal) {
-      robot->goal.Write(cycle->goal);
+  robot_.emplace(bench::TaskConfig(head.loop), head.map);
+  Surrounding& around = robot_->surrounding.Back();
+  around.scene = head.scene;
+  around.field.Update(MakeMap(head));
+  robot_->surrounding.Publish();
+  return robot_->task.status() == Status::kOk;
+}
+
+// Not inlined: what is painted begins below its caller.
+[[gnu::noinline]] void Replay::RunCycle() {
+  if (cycle_.counted) {
+    pipewright_replayed_cycle(*robot_, base_, arm_, cycle_.now);
+    pipewright_cycle_done();
+  } else {
+    bench::RunControlCycle(*robot_, base_, arm_, cycle_.now);
+  }
+}
+
+bool Replay::Run(RecordingReader& recording, std::FILE* sent, ReplayResult& result) {
+  if (!Start(recording)) {
+    return false;
+  }
+  result.field_bytes = 3 * robot_->surrounding.Read().field.MemoryBytes();
+  while (recording.Next(cycle_)) {
+    if (cycle_.has_goal) {
+      robot_->goal.Write(cycle_.goal);
     }
-    buses->base.Load(cycle->base_in);
-    buses->arm.Load(cycle->arm_in);
+    base_.Load(cycle_.base_in);
+    arm_.Load(cycle_.arm_in);
     PaintStack();
-    RunCycle(*cycle, *robot, *buses);
+    RunCycle();
     result.stack_bytes = std::max(result.stack_bytes, StackUsed());
     const int different = result.different;
-    Compare(BusName::kBase, cycle->base_out, buses->base.sent(), result);
-    Compare(BusName::kArm, cycle->arm_out, buses->arm.sent(), result);
+    Compare(BusName::kBase, cycle_.base_out, base_.sent(), result);
+    Compare(BusName::kArm, cycle_.arm_out, arm_.sent(), result);
     if (result.first_different < 0 && result.different > different) {
       result.first_different = result.cycles;
     }
     if (sent != nullptr) {
-      Print(buses->base.sent(), "can0", cycle->now, sent);
-      Print(buses->arm.sent(), "can1", cycle->now, sent);
+      Print(base_.sent(), "can0", cycle_.now, sent);
+      Print(arm_.sent(), "can1", cycle_.now, sent);
     }
     ++result.cycles;
-    result.counted += cycle->counted ? 1 : 0;
+    result.counted += cycle_.counted ? 1 : 0;
   }
   return recording.problem() == nullptr;
 }

@@ -59,6 +59,7 @@ void Print(const ReplayResult& r) {
   std::printf("largest_lsb       %ld\n", static_cast<long>(r.largest_lsb));
   std::printf("first_different   %d\n", r.first_different);
   std::printf("stack_bytes       %d\n", r.stack_bytes);
+  std::printf("robot_bytes       %d\n", r.robot_bytes);
   std::printf("field_bytes       %ld\n", static_cast<long>(r.field_bytes));
 }
 
@@ -80,9 +81,10 @@ int Run(const Options& options) {
     std::fclose(file);
     return 2;
   }
+  static Replay replay;  // on no small machine's stack
   RecordingReader recording(file);
   ReplayResult result;
-  const bool good = Replay(recording, sent, result);
+  const bool good = replay.Run(recording, sent, result);
   std::fclose(file);
   const bool written = sent == nullptr || std::fclose(sent) == 0;
   if (!good) {

@@ -9,31 +9,29 @@ namespace {
 constexpr std::uint32_t kPaint = 0x5AC3965AU;
 constexpr int kWords = kPaintedStack / 4;
 
-// The address of an array in this frame, which is where the next frame of the same caller lies
-// too. Through a volatile pointer: the words below are nobody's, as far as the language goes.
-[[gnu::noinline]] volatile std::uint32_t* Below() {
-  volatile std::uint32_t here = 0;
-  volatile std::uintptr_t address = reinterpret_cast<std::uintptr_t>(&here);
-  return reinterpret_cast<volatile std::uint32_t*>((address & ~std::uintptr_t{15}) - 256);
+// One function for both, so that both times its array lies at the same place: where the frames of
+// the caller's other calls lie in between.
+[[gnu::noinline]] int PaintOrRead(bool paint) {
+  std::uint32_t array[kWords];
+  volatile std::uint32_t* words = array;
+  asm volatile("" : "+r"(words) : : "memory");  // for all the compiler knows, this wrote to them
+  if (paint) {
+    for (int i = 0; i < kWords; ++i) {
+      words[i] = kPaint;
+    }
+    return 0;
+  }
+  int untouched = 0;
+  while (untouched < kWords && words[untouched] == kPaint) {
+    ++untouched;
+  }
+  return 4 * (kWords - untouched);
 }
 
 }  // namespace
 
-[[gnu::noinline]] void PaintStack() {
-  volatile std::uint32_t* top = Below();
-  for (int i = 1; i <= kWords; ++i) {
-    top[-i] = kPaint;
-  }
-}
+void PaintStack() { static_cast<void>(PaintOrRead(true)); }
 
-[[gnu::noinline]] int StackUsed() {
-  volatile std::uint32_t* top = Below();
-  for (int i = kWords; i >= 1; --i) {
-    if (top[-i] != kPaint) {
-      return 4 * i + 256;
-    }
-  }
-  return 0;
-}
+int StackUsed() { return PaintOrRead(false); }
 
 }  // namespace pipewright::timing
