@@ -92,6 +92,7 @@ bool Replay::Run(RecordingReader& recording, std::FILE* sent, ReplayResult& resu
     }
     ++result.cycles;
     result.counted += cycle_.counted ? 1 : 0;
+    result.many_rows += cycle_.counted && robot_->task.report().stats.rows >= kManyRows ? 1 : 0;
   }
   return recording.problem() == nullptr;
 }

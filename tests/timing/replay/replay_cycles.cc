@@ -53,6 +53,7 @@ bool Parse(int argc, char** argv, Options& options) {
 void Print(const ReplayResult& r) {
   std::printf("cycles            %d\n", r.cycles);
   std::printf("counted           %d\n", r.counted);
+  std::printf("of_120_rows       %d\n", r.many_rows);
   std::printf("frames            %d\n", r.frames);
   std::printf("frames_different  %d\n", r.different);
   std::printf("incomparable      %d\n", r.incomparable);
