@@ -48,6 +48,7 @@ struct Options {
   double rate_hz = 100;
   std::uint64_t seed = 1;
   std::string record;
+  int skip = 0;
   bool json = false;
 };
 
@@ -261,7 +262,7 @@ int RecordTo(const Options& options) {
     fmt::print(stderr, "bench_control: {}: {}\n", options.record, std::strerror(errno));
     return 2;
   }
-  const char* problem = timing::Record(loop, options.seed, options.cycles, file);
+  const char* problem = timing::Record(loop, options.seed, options.skip, options.cycles, file);
   const bool closed = std::fclose(file) == 0;
   return problem == nullptr && closed ? 0
                                       : Complain(problem != nullptr ? problem : "no room", loop);
@@ -282,6 +283,8 @@ int main(int argc, char** argv) {
       ->check(CLI::Range(1, 20000));
   app.add_option("--record", options.record,
                  "instead, --cycles of them to this file, for replay_cycles");
+  app.add_option("--skip", options.skip, "cycles before, which are recorded but not counted")
+      ->check(CLI::Range(0, 1000000));
   app.add_option("--rate", options.rate_hz, "cycles a second [Hz], of whole milliseconds")
       ->capture_default_str();
   app.add_option("--seed", options.seed, "of the goals")->capture_default_str();

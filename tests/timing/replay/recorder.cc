@@ -39,7 +39,8 @@ class TappedPort {
 
 }  // namespace
 
-const char* Record(bench::ControlLoop& loop, std::uint64_t seed, int cycles, std::FILE* file) {
+const char* Record(bench::ControlLoop& loop, std::uint64_t seed, int skip, int cycles,
+                   std::FILE* file) {
   RecordingHead head;
   head.seed = seed;
   head.loop = loop.config();
@@ -63,8 +64,8 @@ const char* Record(bench::ControlLoop& loop, std::uint64_t seed, int cycles, std
   if (!loop.Start(recorded)) {
     return "the devices did not come up";
   }
-  cycle->counted = true;
-  for (int i = 0; i < cycles; ++i) {
+  for (int i = 0; i < skip + cycles; ++i) {
+    cycle->counted = i >= skip;
     if (!loop.Cycle(recorded)) {
       return "a device is at fault";
     }

@@ -43,7 +43,7 @@ using ReceivedFrames = FixedVector<can::Frame, can::LoopbackBus::kRxCapacity>;
 
 struct RecordedCycle {
   Time now{};
-  bool counted = false;   ///< not of the start, until the devices are up
+  bool counted = false;   ///< not of the start, nor of what was to be skipped
   bool has_goal = false;  ///< there is a new one
   Goal goal;
   ReceivedFrames base_in;

@@ -14,7 +14,7 @@ inline constexpr int kManyRows = 120;
 
 struct ReplayResult {
   int cycles = 0;
-  int counted = 0;       ///< of them, those with the devices up
+  int counted = 0;       ///< of them, those that the recording says count
   int many_rows = 0;     ///< of those, with kManyRows rows of the QP or more
   int frames = 0;        ///< recorded as sent
   int different = 0;     ///< frames not the same byte for byte, or missing, or more
