@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "platform/core/rng.h"
+#include "tests/timing/cycle_case.h"
+
+namespace pipewright::timing {
+
+/// Cases by chance, and others like them. All that they hold is lawful: unit vectors, positive
+/// semidefinite covariances, joints within their limits.
+class CaseMaker {
+ public:
+  explicit CaseMaker(std::uint64_t seed) : rng_(seed) {}
+
+  /// Copies the law of `like`; the rest is drawn.
+  CycleCase Draw(const CycleCase& like);
+
+  /// `c` with one to three things changed.
+  CycleCase Mutate(const CycleCase& c);
+
+ private:
+  Vector3d Direction();
+  double Scale(double least, double most);  ///< log-uniform
+  Vector3d RobotPoint(const Configuration& q);
+  Configuration Place();
+  PlaneEstimate Plane(const Configuration& q);
+  PipeEstimate Pipe(const Configuration& q);
+  CaseBox Box(const Configuration& q);
+  void Want(const Configuration& q, Goal& goal);
+  CaseStep Step(const Configuration& q);
+  void Jitter(Configuration& q);
+  void Jitter(PlaneEstimate& plane);
+  void Jitter(PipeEstimate& pipe);
+  void MutateScene(CycleCase& c);
+  void MutateSteps(CycleCase& c);
+  void MutateBoxes(CycleCase& c);
+
+  Rng rng_;
+};
+
+}  // namespace pipewright::timing
