@@ -23,7 +23,7 @@ bool Same(const std::vector<CaseBox>& a, const std::vector<CaseBox>& b) {
 double Work(const QpSpy::Solve& solve) {
   constexpr double kMany = 70;
   const double k = solve.active < 0 ? kMany : solve.active;
-  return (solve.iterations + k / 2 + 1) * (2000 + 40 * k + 2 * k * k) + 1500 * k;
+  return (solve.iterations + k / 2 + 1) * (2000 + 60 * k + 3 * k * k);
 }
 
 /// What of the law's promises this answer breaks; empty: none.
@@ -106,6 +106,7 @@ const std::vector<CycleCost>& CaseRunner::Run(const CycleCase& c) {
       static_cast<void>(envelope.Step(output.u, state, now));
       CycleCost cost;
       cost.instructions = instructions_.Now() - before;
+      cost.in_chance = QpSpy::ChanceInstructions();
       cost.stats = output.stats;
       cost.solves = QpSpy::Solves();
       for (const QpSpy::Solve& solve : cost.solves) {

@@ -17,7 +17,8 @@ namespace pipewright::timing {
 /// What the costliest cycle of a case did, and what went wrong in any.
 struct CycleCost {
   std::uint64_t instructions = 0;  ///< of law and envelope; 0 when nothing counts
-  std::uint64_t in_solver = 0;     ///< of them, within QpSolver::Solve
+  std::uint64_t in_chance = 0;     ///< of them, within ChanceQp::Solve
+  std::uint64_t in_solver = 0;     ///< and of these within QpSolver::Solve
   ControlStats stats;
   double work = 0;  ///< of the solver, by its iterations and active sets
   std::vector<QpSpy::Solve> solves;

@@ -9,7 +9,7 @@
 namespace pipewright::timing {
 
 /// What the controller's QP solver was asked since Forget(), seen from outside: the linker puts the
-/// spy before QpSolver::Solve (see CMakeLists.txt).
+/// spy before QpSolver::Solve and ChanceQp::Solve (see CMakeLists.txt).
 class QpSpy {
  public:
   struct Solve {
@@ -23,6 +23,7 @@ class QpSpy {
   static void Use(const InstructionCount& instructions);
   static void Forget();
   static const std::vector<Solve>& Solves();
+  static std::uint64_t ChanceInstructions();  ///< within ChanceQp::Solve, its QPs included
 };
 
 }  // namespace pipewright::timing

@@ -62,7 +62,7 @@ double Cost(const std::string& seek, const CycleCost& c) {
     return qp.rounds + 1e-3 * qp.iterations;
   }
   // Fitted by eye to what was counted: rows to be made, then per QP and iteration the active set.
-  return 6000.0 * c.stats.rows + c.work;
+  return 8000.0 * c.stats.rows + 150000.0 * c.stats.qp.rounds + c.work;
 }
 
 void Save(const CycleCase& c, const std::string& path) {
@@ -86,10 +86,10 @@ class Search {
     const std::chrono::duration<double, std::ratio<60>> long_as(options_.minutes);
     end_ = WallClock::now() + std::chrono::duration_cast<WallClock::duration>(long_as);
     while (!Done()) {
-      CycleCase here = restarts_ == 0 && !start_.steps.empty() ? start_ : maker_.Draw(law_);
-      ++restarts_;
+      const bool given = restarts_++ == 0 && !start_.steps.empty();
+      CycleCase here = given ? start_ : maker_.Draw(law_);
       double cost = Evaluate(here);
-      for (int i = 1; i < kDraws && !Done(); ++i) {
+      for (int i = given ? kDraws : 1; i < kDraws && !Done(); ++i) {
         Take(maker_.Draw(law_), here, cost);
       }
       for (int idle = 0; idle < kPatience && !Done();) {
