@@ -13,6 +13,8 @@
 namespace pipewright::timing {
 namespace {
 
+static_assert(Scene::kMaxPlanes == Scene::kMaxPipes);
+
 constexpr int kMaxSteps = 5;
 constexpr int kMaxBoxes = 4;
 constexpr int kMaxCycles = 30;         ///< of a step: the last command is then at its limits
@@ -74,11 +76,21 @@ Configuration CaseMaker::Place() {
 
 /// Somewhere near a part of the robot at q, or a little too near.
 PlaneEstimate CaseMaker::Plane(const Configuration& q) {
+  const Vector3d p_W = RobotPoint(q);
+  return Plane(p_W, rng_.Uniform(-0.05, 0.6));
+}
+
+PipeEstimate CaseMaker::Pipe(const Configuration& q) {
+  const Vector3d p_W = RobotPoint(q);
+  return Pipe(p_W, rng_.Uniform(-0.05, 0.6));
+}
+
+PlaneEstimate CaseMaker::Plane(const Vector3d& p_W, double distance_m) {
   PlaneEstimate plane;
   plane.n_W = Direction();
   plane.e1_W = plane.n_W.unitOrthogonal();
   plane.e2_W = plane.n_W.cross(plane.e1_W);
-  plane.p_WCentroid = RobotPoint(q) - rng_.Uniform(-0.05, 0.6) * plane.n_W;
+  plane.p_WCentroid = p_W - distance_m * plane.n_W;
   plane.d_m = plane.n_W.dot(plane.p_WCentroid);
   for (const int i : {0, 1}) {
     plane.extent_lo_m[i] = -Scale(0.05, 3);
@@ -94,7 +106,7 @@ PlaneEstimate CaseMaker::Plane(const Configuration& q) {
   return plane;
 }
 
-PipeEstimate CaseMaker::Pipe(const Configuration& q) {
+PipeEstimate CaseMaker::Pipe(const Vector3d& p_W, double distance_m) {
   PipeEstimate pipe;
   const Vector3d e_W = Direction();
   pipe.l_W = e_W.unitOrthogonal();
@@ -102,7 +114,7 @@ PipeEstimate CaseMaker::Pipe(const Configuration& q) {
   const double turn = rng_.Uniform(0, std::numbers::pi);
   pipe.l_W = std::cos(turn) * pipe.l_W + std::sin(turn) * m_W;
   pipe.radius_m = rng_.Uniform(0.01, 0.1);
-  pipe.p_W = RobotPoint(q) - (pipe.radius_m + rng_.Uniform(-0.05, 0.6)) * e_W;
+  pipe.p_W = p_W - (pipe.radius_m + distance_m) * e_W;
   pipe.extent_lo_m = -Scale(0.02, 3);
   pipe.extent_hi_m = Scale(0.02, 3);
   // p and l move across the axis only, the radius besides: rank 5.
@@ -176,6 +188,41 @@ CycleCase CaseMaker::Draw(const CycleCase& like) {
   }
   c.steps.back().cycles = 1;
   c.steps.back().alone = false;
+  Number(c);
+  return c;
+}
+
+CycleCase CaseMaker::Crowd(const CycleCase& like) {
+  CycleCase c;
+  c.period_s = like.period_s;
+  c.alpha = like.alpha;
+  c.joint_risk = like.joint_risk;
+  Configuration q = Place();
+  q.tail<kArmJoints>() = HomeJoints(TracerUf7());
+  const Kinematics<kArmJoints> k(TracerUf7(), q);
+  Vector3d middle_W = Vector3d::Zero();
+  for (const BodySphere& sphere : TracerUf7Shapes().spheres) {
+    middle_W += k.Point(sphere.body, sphere.p_L) / TracerUf7Shapes().spheres.size();
+  }
+  for (int i = 0; i < Scene::kMaxPlanes; ++i) {
+    const double distance_m = 0.4 - 0.3 * i / Scene::kMaxPlanes;
+    PlaneEstimate plane = Plane(middle_W, distance_m);
+    PipeEstimate pipe = Pipe(middle_W, distance_m);
+    for (const int axis : {0, 1}) {
+      plane.extent_lo_m[axis] = -3;
+      plane.extent_hi_m[axis] = 3;
+    }
+    pipe.extent_lo_m = -3;
+    pipe.extent_hi_m = 3;
+    static_cast<void>(c.scene.planes.push_back(plane) && c.scene.pipes.push_back(pipe));
+  }
+  c.boxes.push_back(Box(q));
+  for (const bool alone : {true, false}) {  // to have a last command, which looks ahead
+    CaseStep step = Step(q);
+    step.alone = alone;
+    step.cycles = alone ? kMaxCycles : 2;
+    c.steps.push_back(step);
+  }
   Number(c);
   return c;
 }

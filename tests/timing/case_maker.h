@@ -15,6 +15,10 @@ class CaseMaker {
   /// Copies the law of `like`; the rest is drawn.
   CycleCase Draw(const CycleCase& like);
 
+  /// Copies the law of `like`. The folded robot amid as many primitives as there may be, all of
+  /// them near all of it, the nearest last: each row displaces another.
+  CycleCase Crowd(const CycleCase& like);
+
   /// `c` with one to three things changed.
   CycleCase Mutate(const CycleCase& c);
 
@@ -23,6 +27,8 @@ class CaseMaker {
   double Scale(double least, double most);  ///< log-uniform
   Vector3d RobotPoint(const Configuration& q);
   Configuration Place();
+  PlaneEstimate Plane(const Vector3d& p_W, double distance_m);
+  PipeEstimate Pipe(const Vector3d& p_W, double distance_m);
   PlaneEstimate Plane(const Configuration& q);
   PipeEstimate Pipe(const Configuration& q);
   CaseBox Box(const Configuration& q);

@@ -30,7 +30,7 @@ namespace {
 
 struct Options {
   std::uint64_t seed = 1;
-  int cases = 60;
+  int cases = 100;
   int problems = 4;
   std::string start;
   std::uint64_t seen = 0;
@@ -53,14 +53,14 @@ void See(const CycleCost& cycle, LawCost& cost) {
   }
 }
 
-/// From `start`, or the worst of a few drawn, ever worse in what the law costs outside the QP.
+/// From `start` and crowds, ever worse in what the law costs outside the QP.
 LawCost MeasureLaw(const Options& options, const CycleCase& start,
                    const InstructionCount& instructions) {
   CaseRunner runner(instructions);
   CaseMaker maker(options.seed);
   LawCost all;
   std::uint64_t here_cost = 0;
-  CycleCase here = start;
+  CycleCase here;
   const auto evaluate = [&](const CycleCase& c) {
     LawCost one;
     for (const CycleCost& cycle : runner.Run(c)) {
@@ -72,9 +72,11 @@ LawCost MeasureLaw(const Options& options, const CycleCase& start,
       here = c;
     }
   };
-  const int draws = start.steps.empty() ? options.cases / 4 : 0;
+  if (!start.steps.empty()) {
+    evaluate(start);
+  }
   for (int i = 0; i < options.cases; ++i) {
-    evaluate(i == 0 && draws == 0 ? start : i < draws ? maker.Draw(start) : maker.Mutate(here));
+    evaluate(i < options.cases / 4 ? maker.Crowd(start) : maker.Mutate(here));
   }
   return all;
 }
