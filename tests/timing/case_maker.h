@@ -23,6 +23,9 @@ class CaseMaker {
   CycleCase Mutate(const CycleCase& c);
 
  private:
+  static constexpr int kMaxBoxes = 4;
+  static constexpr int kMaxCycles = 30;  ///< of a step: the last command is then at its limits
+
   Vector3d Direction();
   double Scale(double least, double most);  ///< log-uniform
   Vector3d RobotPoint(const Configuration& q);

@@ -98,12 +98,10 @@ bool ReadLine(const std::string& text, CycleCase& c) {
     EachOfBox(c.boxes.emplace_back(), see);
   } else if (what == "plane") {
     PlaneEstimate plane;
-    plane.id = static_cast<std::uint32_t>(c.scene.planes.size() + 1);
     EachOfPlane(plane, see);
     return !line.fail() && c.scene.planes.push_back(plane);
   } else if (what == "pipe") {
     PipeEstimate pipe;
-    pipe.id = static_cast<std::uint32_t>(c.scene.pipes.size() + 1);
     EachOfPipe(pipe, see);
     return !line.fail() && c.scene.pipes.push_back(pipe);
   } else if (what == "step") {
@@ -119,6 +117,21 @@ bool ReadLine(const std::string& text, CycleCase& c) {
 }
 
 }  // namespace
+
+void Number(CycleCase& c) {
+  std::uint32_t id = 0;
+  for (PlaneEstimate& plane : c.scene.planes) {
+    plane.id = ++id;
+  }
+  id = 0;
+  for (PipeEstimate& pipe : c.scene.pipes) {
+    pipe.id = ++id;
+  }
+  id = 0;
+  for (CaseStep& step : c.steps) {
+    step.goal.id = ++id;
+  }
+}
 
 void Write(const CycleCase& c, std::ostream& out) {
   out.precision(std::numeric_limits<double>::max_digits10);
@@ -165,9 +178,7 @@ bool Read(std::istream& in, CycleCase& c, std::string& error) {
     error = "it has no step";
     return false;
   }
-  for (std::size_t i = 0; i < c.steps.size(); ++i) {
-    c.steps[i].goal.id = static_cast<std::uint32_t>(i + 1);
-  }
+  Number(c);
   return true;
 }
 

@@ -37,6 +37,9 @@ struct CycleCase {
   std::vector<CaseStep> steps;
 };
 
+/// Gives every primitive and every goal the id that its place says, from 1.
+void Number(CycleCase& c);
+
 /// As text, a line a thing, numbers such that the same case is read back.
 void Write(const CycleCase& c, std::ostream& out);
 

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <memory>
+#include <vector>
 
 #include "ctrl/constraints/row.h"
 #include "ctrl/qp/dual_active_set.h"
@@ -74,13 +75,13 @@ QpSpy::Solve Count(Solver& solver, const Problem& qp) {
 }
 
 /// One more iteration each time, from none remembered, until the cap is no more what ends it.
-void MeasureIterations(const Problem& qp, int iterations, QpCost& cost) {
+void MeasureIterations(const Problem& qp, int iterations, std::vector<std::uint64_t>& costs) {
   std::uint64_t last = 0;
   for (int cap = 1; cap <= iterations; ++cap) {
     const auto solver = std::make_unique<Solver>(QpConfig{.max_iterations = cap});
     const std::uint64_t now = Count(*solver, qp).instructions;
     if (cap > 1 && now > last) {
-      cost.iteration = std::max(cost.iteration, now - last);
+      costs.push_back(now - last);
     }
     last = now;
   }
@@ -90,6 +91,7 @@ void MeasureIterations(const Problem& qp, int iterations, QpCost& cost) {
 
 QpCost MeasureQp(int problems, std::uint64_t seed) {
   QpCost cost;
+  std::vector<std::uint64_t> iterations;
   Rng rng(seed);
   for (int p = 0; p < problems; ++p) {
     const auto qp = Force(p % 4, rng);
@@ -102,7 +104,12 @@ QpCost MeasureQp(int problems, std::uint64_t seed) {
     if (warm.iterations <= kFewIterations) {
       cost.around = std::max(cost.around, warm.instructions);
     }
-    MeasureIterations(*qp, cold.iterations, cost);
+    MeasureIterations(*qp, cold.iterations, iterations);
+  }
+  std::sort(iterations.begin(), iterations.end());
+  if (!iterations.empty()) {
+    cost.iteration = iterations.back();
+    cost.iteration_median = iterations[iterations.size() / 2];
   }
   return cost;
 }

@@ -10,9 +10,10 @@ namespace pipewright::timing {
 /// one another, rows that were elsewhere the last time). Measured, not proved.
 struct QpCost {
   std::uint64_t iteration = 0;  ///< of one: what a solve costs more when it may make one more
-  std::uint64_t around = 0;     ///< of a solve that begins and ends with a full set, besides
-  int active_max = 0;           ///< rows and bounds that the forced problems held at once
-  int iterations_max = 0;       ///< of a forced problem
+  std::uint64_t iteration_median = 0;
+  std::uint64_t around = 0;  ///< of a solve that begins and ends with a full set, besides
+  int active_max = 0;        ///< rows and bounds that the forced problems held at once
+  int iterations_max = 0;    ///< of a forced problem
 };
 
 /// By QpSpy, which must be in use.

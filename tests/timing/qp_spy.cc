@@ -46,7 +46,7 @@ ChanceQp::Answer SpiedChance(ChanceQp* qp, const QuadraticCost& cost, const Cons
 ChanceQp::Answer SpiedChance(ChanceQp* qp, const QuadraticCost& cost, const ConstraintSet& set,
                              SvfiMode mode, const Controls& u0) {
   const std::uint64_t before = Now();
-  const ChanceQp::Answer answer = RealChance(qp, cost, set, mode, u0);
+  ChanceQp::Answer answer = RealChance(qp, cost, set, mode, u0);
   chance_instructions += Now() - before;
   return answer;
 }
