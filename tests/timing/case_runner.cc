@@ -27,8 +27,9 @@ double Work(const QpSpy::Solve& solve) {
 }
 
 /// What of the law's promises this answer breaks; empty: none.
-std::string Trouble(const ControlOutput& output, const ConstraintSet& set) {
+std::string Trouble(const ControlOutput& output, const ConstraintSet& set, int iterations_max) {
   const ChanceQpStats& qp = output.stats.qp;
+  const bool many = iterations_max > QpConfig{}.max_iterations;
   const Controls& u = output.u;
   if (!u.allFinite()) {
     return "not-finite";
@@ -48,7 +49,7 @@ std::string Trouble(const ControlOutput& output, const ConstraintSet& set) {
     }
   }
   if (qp.status != QpStatus::kOptimal) {
-    return qp.status == QpStatus::kCapped       ? "capped"
+    return qp.status == QpStatus::kCapped       ? (many ? "capped-by-iterations" : "capped-before")
            : qp.status == QpStatus::kInfeasible ? "infeasible"
                                                 : "invalid";
   }
@@ -114,7 +115,7 @@ const std::vector<CycleCost>& CaseRunner::Run(const CycleCase& c) {
         cost.in_solver += solve.instructions;
         cost.iterations_max = std::max(cost.iterations_max, solve.iterations);
       }
-      cost.trouble = Trouble(output, law->constraints());
+      cost.trouble = Trouble(output, law->constraints(), cost.iterations_max);
       if (static_cast<int>(cost.solves.size()) != output.stats.qp.rounds) {
         cost.trouble = "solver-unseen";
       }

@@ -13,10 +13,10 @@
 #include <fstream>
 #include <map>
 #include <string>
-#include <vector>
 
 #include "tests/timing/case_maker.h"
 #include "tests/timing/case_runner.h"
+#include "tests/timing/histogram.h"
 
 namespace pipewright::timing {
 namespace {
@@ -112,9 +112,9 @@ class Search {
     row("worst rounds", worst_.stats.qp.rounds);
     row("worst iterations", worst_.stats.qp.iterations);
     row("worst iterations of a QP", worst_.iterations_max);
-    row("largest rounds", rounds_max_);
-    row("largest iterations", iterations_max_);
-    PrintHistogram();
+    of_qps_.Print("iterations of a QP");
+    of_cycles_.Print("iterations of a cycle");
+    rounds_.Print("rounds of a cycle");
     row("worst case kept in", options_.out + ".case");
     for (const auto& [what, count] : troubles_) {
       fmt::print("trouble {:<20} {} cycles, first in {}.{}.case\n", what, count, options_.out,
@@ -149,10 +149,10 @@ class Search {
       }
       ++cycles_;
       cost = std::max(cost, Cost(options_.seek, cycle));
-      rounds_max_ = std::max(rounds_max_, cycle.stats.qp.rounds);
-      iterations_max_ = std::max(iterations_max_, cycle.stats.qp.iterations);
+      rounds_.Add(cycle.stats.qp.rounds);
+      of_cycles_.Add(cycle.stats.qp.iterations);
       for (const QpSpy::Solve& solve : cycle.solves) {
-        ++histogram_[std::min(static_cast<std::size_t>(solve.iterations), histogram_.size() - 1)];
+        of_qps_.Add(solve.iterations);
       }
       if (!cycle.trouble.empty() && ++troubles_[cycle.trouble] == 1) {
         Save(c, options_.out + "." + cycle.trouble + ".case");
@@ -171,24 +171,6 @@ class Search {
     return cost;
   }
 
-  void PrintHistogram() const {
-    std::int64_t all = 0;
-    for (const std::int64_t n : histogram_) {
-      all += n;
-    }
-    fmt::print("{:<28} {}\n", "QPs solved", all);
-    const double shares[] = {0.5, 0.99, 0.9999, 1};
-    for (const double share : shares) {
-      std::int64_t sum = 0;
-      std::size_t i = 0;
-      while (i < histogram_.size() &&
-             static_cast<double>(sum += histogram_[i]) < share * static_cast<double>(all)) {
-        ++i;
-      }
-      fmt::print("{:<28} {}\n", fmt::format("iterations of a QP p{:g}", 100 * share), i);
-    }
-  }
-
   const Options& options_;
   CycleCase start_;  ///< to begin with; without a step: none
   CaseRunner runner_;
@@ -199,9 +181,9 @@ class Search {
   long cycles_ = 0;
   CycleCost worst_;
   double worst_cost_ = -1;
-  int rounds_max_ = 0;
-  int iterations_max_ = 0;
-  std::vector<std::int64_t> histogram_ = std::vector<std::int64_t>(1024);  ///< of QPs
+  Histogram of_qps_;
+  Histogram of_cycles_;
+  Histogram rounds_;
   std::map<std::string, long> troubles_;
   WallClock::time_point end_;
   WallClock::time_point next_report_ = WallClock::now() + std::chrono::seconds(10);
