@@ -115,6 +115,7 @@ class Search {
     of_qps_.Print("iterations of a QP");
     of_cycles_.Print("iterations of a cycle");
     rounds_.Print("rounds of a cycle");
+    active_.Print("active in a QP");
     row("worst case kept in", options_.out + ".case");
     for (const auto& [what, count] : troubles_) {
       fmt::print("trouble {:<20} {} cycles, first in {}.{}.case\n", what, count, options_.out,
@@ -153,6 +154,7 @@ class Search {
       of_cycles_.Add(cycle.stats.qp.iterations);
       for (const QpSpy::Solve& solve : cycle.solves) {
         of_qps_.Add(solve.iterations);
+        active_.Add(std::max(solve.active, 0));
       }
       if (!cycle.trouble.empty() && ++troubles_[cycle.trouble] == 1) {
         Save(c, options_.out + "." + cycle.trouble + ".case");
@@ -184,6 +186,7 @@ class Search {
   Histogram of_qps_;
   Histogram of_cycles_;
   Histogram rounds_;
+  Histogram active_;  ///< rows and bounds at the end of a QP; 0 also when it was capped
   std::map<std::string, long> troubles_;
   WallClock::time_point end_;
   WallClock::time_point next_report_ = WallClock::now() + std::chrono::seconds(10);
