@@ -93,6 +93,15 @@ double Corrected(double z, double excess) {
   return z - step / (1 + z * step / 2);
 }
 
+/// Of 0 < p ≤ 1/2.
+double LowerQuantile(double p) {
+  double z = CrudeQuantile(p);
+  for (int round = 0; round < 3; ++round) {  // cubic: 5e-4, 1e-10, rounding
+    z = Corrected(z, p > 0.25 ? CentralPart(z) - (p - 0.5) : NormalCdf(z) - p);
+  }
+  return z;
+}
+
 }  // namespace
 
 double NormalPdf(double x) {
@@ -123,14 +132,7 @@ double NormalQuantile(double p) {
   if (p == 0 || p == 1) {
     return p == 0 ? -kInf : kInf;
   }
-  if (p > 0.5) {
-    return -NormalQuantile(1 - p);  // 1 - p is exact
-  }
-  double z = CrudeQuantile(p);
-  for (int round = 0; round < 3; ++round) {  // cubic: 5e-4, 1e-10, rounding
-    z = Corrected(z, p > 0.25 ? CentralPart(z) - (p - 0.5) : NormalCdf(z) - p);
-  }
-  return z;
+  return p > 0.5 ? -LowerQuantile(1 - p) : LowerQuantile(p);  // 1 - p is exact
 }
 
 }  // namespace pipewright

@@ -11,9 +11,11 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <cerrno>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
+#include <cstring>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
@@ -21,6 +23,7 @@
 #include "hil/cli/bus_choice.h"
 #include "hil/cli/heap_watch.h"
 #include "tests/bench/control_loop.h"
+#include "tests/timing/replay/recorder.h"
 
 #if __has_include(<valgrind/callgrind.h>)
 #include <valgrind/callgrind.h>
@@ -44,6 +47,8 @@ struct Options {
   int count = 0;
   double rate_hz = 100;
   std::uint64_t seed = 1;
+  std::string record;
+  int skip = 0;
   bool json = false;
 };
 
@@ -249,6 +254,20 @@ int Count(const Options& options) {
 #endif
 }
 
+/// Cycles without a clock, for replay_cycles.
+int RecordTo(const Options& options) {
+  ControlLoop loop(options.rate_hz, options.seed, nullptr);
+  std::FILE* file = std::fopen(options.record.c_str(), "wb");
+  if (file == nullptr) {
+    fmt::print(stderr, "bench_control: {}: {}\n", options.record, std::strerror(errno));
+    return 2;
+  }
+  const char* problem = timing::Record(loop, options.seed, options.skip, options.cycles, file);
+  const bool closed = std::fclose(file) == 0;
+  return problem == nullptr && closed ? 0
+                                      : Complain(problem != nullptr ? problem : "no room", loop);
+}
+
 }  // namespace
 }  // namespace pipewright::bench
 
@@ -262,6 +281,10 @@ int main(int argc, char** argv) {
                  "instead, that many cycles without a clock, for callgrind; see scripts/bench "
                  "control --instructions")
       ->check(CLI::Range(1, 20000));
+  app.add_option("--record", options.record,
+                 "instead, --cycles of them to this file, for replay_cycles");
+  app.add_option("--skip", options.skip, "cycles before, which are recorded but not counted")
+      ->check(CLI::Range(0, 1000000));
   app.add_option("--rate", options.rate_hz, "cycles a second [Hz], of whole milliseconds")
       ->capture_default_str();
   app.add_option("--seed", options.seed, "of the goals")->capture_default_str();
@@ -276,6 +299,7 @@ int main(int argc, char** argv) {
     fmt::print(stderr, "bench_control: {}\n", error);
     return 2;
   }
-  return options.count > 0 ? pipewright::bench::Count(options)
-                           : pipewright::bench::Measure(options);
+  return !options.record.empty() ? pipewright::bench::RecordTo(options)
+         : options.count > 0     ? pipewright::bench::Count(options)
+                                 : pipewright::bench::Measure(options);
 }

@@ -11,8 +11,7 @@ namespace {
 
 constexpr Duration kWayTime = std::chrono::seconds(15);  ///< for a planned goal; then the next
 constexpr Duration kPushTime = std::chrono::seconds(3);  ///< for one without a way
-constexpr double kReached = 0.02;  ///< m and 1: the last centimetre is slow, and nothing new
-constexpr int kTargets = 20;       ///< drawn for one planned goal, at most
+constexpr int kTargets = 20;                             ///< drawn for one planned goal, at most
 
 /// Deviations of what the depth camera shows of a surface a metre away.
 constexpr double kPlaneTilt_rad = 0.004;
@@ -21,18 +20,13 @@ constexpr double kAxisPlace_m = 0.004;
 constexpr double kAxisTilt_rad = 0.01;
 constexpr double kRadius_m = 0.003;
 
-ControlTaskConfig TaskConfig(double rate_hz, std::int64_t (*stopwatch)()) {
+LoopConfig ConfigAt(double rate_hz) {
   const Configuration start = test::Cell::Start();
-  ControlTaskConfig config;
-  config.start.x_m = start(0);
-  config.start.y_m = start(1);
-  config.start.phi_rad = start(2);
-  config.odometry.track_m = TracerUf7().base.track_m;
-  config.law.constraints.period_s = 1 / rate_hz;
-  config.law.reached = kReached;
-  config.law.stopwatch = stopwatch;
-  config.arm.cycle_ms = hil::ArmCycle_ms(rate_hz, false);
-  return config;
+  return {.period_s = 1 / rate_hz,
+          .arm_cycle_ms = hil::ArmCycle_ms(rate_hz, false),
+          .x_m = start(0),
+          .y_m = start(1),
+          .phi_rad = start(2)};
 }
 
 /// n turns by tilt about the rectangle's axes through its centroid, and d shifts: (n, d) of rank 3.
@@ -83,34 +77,11 @@ void Furnish(test::Cell& cell) {
   }
 }
 
-void Send(can::LoopbackBus::Port& bus, const TxBatch& batch, int& failures) {
-  for (const can::Frame& frame : batch) {
-    failures += bus.Send(frame) == Status::kOk ? 0 : 1;
-  }
-}
-
 }  // namespace
 
 const ControlReport& ControlCycle(RobotSide& robot, can::LoopbackBus::Port& base,
                                   can::LoopbackBus::Port& arm, Time now) {
-  can::Frame frame;
-  while (base.Receive(frame)) {
-    robot.task.OnBaseFrame(frame);
-  }
-  while (arm.Receive(frame)) {
-    robot.task.OnArmFrame(frame);
-  }
-  robot.base_out.clear();
-  robot.arm_out.clear();
-  const Surrounding& around = robot.surrounding.Read();
-  const ControlReport& report = robot.task.Step(now, around.scene, around.field, robot.goal.Read(),
-                                                robot.base_out, robot.arm_out);
-  robot.states.Add(report.state);
-  robot.history.Write(robot.states);
-  robot.report.Write(report);
-  Send(base, robot.base_out, robot.send_failures);
-  Send(arm, robot.arm_out, robot.send_failures);
-  return report;
+  return RunControlCycle(robot, base, arm, now);
 }
 
 bool GoalMaker::TryWay(const Configuration& from) {
@@ -162,27 +133,16 @@ const Goal& GoalMaker::Next(const Configuration& from) {
 }
 
 ControlLoop::ControlLoop(double rate_hz, std::uint64_t seed, std::int64_t (*stopwatch)())
-    : ticks_(static_cast<int>(std::lround(1000 / rate_hz))) {
+    : config_(ConfigAt(rate_hz)), ticks_(static_cast<int>(std::lround(1000 / rate_hz))) {
   Furnish(cell_);
-  robot_ = std::make_unique<RobotSide>(TaskConfig(rate_hz, stopwatch), cell_.map().config());
+  ControlTaskConfig task = TaskConfig(config_);
+  task.law.stopwatch = stopwatch;
+  robot_ = std::make_unique<RobotSide>(task, cell_.map().config());
   Surrounding& around = robot_->surrounding.Back();
   around.scene = cell_.scene();
   around.field = cell_.around().field;
   robot_->surrounding.Publish();
   maker_ = std::make_unique<GoalMaker>(cell_, seed);
-}
-
-bool ControlLoop::Start() {
-  constexpr Time kPatience{std::chrono::seconds(10)};
-  while (bench_.now() < kPatience) {
-    if (!Cycle(ControlCycle)) {
-      return false;
-    }
-    if (robot_->task.report().phase == ControlPhase::kRunning && goals_ > 0) {
-      return true;
-    }
-  }
-  return false;
 }
 
 void ControlLoop::Direct(const ControlReport& report) {

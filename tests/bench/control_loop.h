@@ -4,38 +4,16 @@
 #include <cstdint>
 #include <memory>
 
-#include "ctrl/robot_program/control_task.h"
-#include "ctrl/robot_program/perceived.h"
 #include "plan/motion/motion_planner.h"
-#include "platform/core/latest.h"
 #include "platform/core/rng.h"
-#include "platform/robot/state_history.h"
+#include "tests/bench/robot_side.h"
 #include "tests/ctrl/robot_program/device_bench.h"
 #include "tests/plan/motion/cell.h"
 
 namespace pipewright::bench {
 
-/// What RobotProgram's control thread holds: the task, and the slots in which it meets the other
-/// two, of which the surrounding is written once and the goal whenever there is a new one.
-struct RobotSide {
-  RobotSide(const ControlTaskConfig& config, const MapConfig& map)
-      : task(config, TracerUf7()), surrounding(Surrounding(map)) {}
-
-  ControlTask task;
-  Latest<Surrounding> surrounding;
-  Latest<Goal> goal;
-  Latest<StateHistory> history;
-  Latest<ControlReport> report;
-  StateHistory states;
-  TxBatch base_out;
-  TxBatch arm_out;
-  int send_failures = 0;
-};
-
-/// One whole control cycle, as RobotProgram::Control has it on two buses: every received frame
-/// decoded, the surrounding and the goal read, the task's step (state, rows, QP, envelope, frames),
-/// the state and the report handed on, the frames sent. Not inlined: its name is what a profiler
-/// switches on and off at.
+/// RunControlCycle on the emulated buses. Not inlined: its name is what a profiler switches on and
+/// off at.
 [[gnu::noinline]] const ControlReport& ControlCycle(RobotSide& robot, can::LoopbackBus::Port& base,
                                                     can::LoopbackBus::Port& arm, Time now);
 
@@ -69,8 +47,21 @@ class ControlLoop {
   /// rate_hz: whole milliseconds, 1 to 20. stopwatch: WholeBodyConfig's, may be null.
   ControlLoop(double rate_hz, std::uint64_t seed, std::int64_t (*stopwatch)());
 
-  /// Cycles until every device is enabled; false: a device failed, or 10 s were not enough.
-  bool Start();
+  /// Cycles through `run` until every device is enabled and there is a goal; false: a device
+  /// failed, or 10 s were not enough.
+  template <typename Run>
+  bool Start(const Run& run) {
+    while (bench_.now() < kPatience) {
+      if (!Cycle(run)) {
+        return false;
+      }
+      if (robot_->task.report().phase == ControlPhase::kRunning && goals_ > 0) {
+        return true;
+      }
+    }
+    return false;
+  }
+  bool Start() { return Start(ControlCycle); }
 
   /// One cycle through `run`, which is to call ControlCycle with what it is given; then the world
   /// goes on to the next. False: a device is at fault.
@@ -83,15 +74,20 @@ class ControlLoop {
     return well;
   }
 
+  const LoopConfig& config() const { return config_; }
+  const test::Cell& cell() const { return cell_; }
   const RobotSide& robot() const { return *robot_; }
   Time now() const { return bench_.now(); }
   int goals() const { return goals_; }
   int goals_reached() const { return goals_reached_; }
 
  private:
+  static constexpr Time kPatience{std::chrono::seconds(10)};
+
   void Direct(const ControlReport& report);
   void Advance();
 
+  LoopConfig config_;
   test::Cell cell_;
   test::DeviceBench bench_;
   std::unique_ptr<RobotSide> robot_;
