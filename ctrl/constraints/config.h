@@ -36,7 +36,9 @@ struct ConstraintConfig {
   double plane_inflation_m = 0.25;  ///< a plane acts this far beyond the rectangle that was seen
   double plane_behind_m = 0.15;     ///< a point this far behind a plane is past the plane's end
   double near_vertical_nz = 0.3;    ///< |n_z| below which a plane stops the base
-  double pipe_inflation_m = 0.15;
+  /// The seen part of a pipe's axis counts as this much longer at either end. On the axis that
+  /// keeps inflation + radius + d_safe, some 0.2 m, beyond what was seen.
+  double pipe_inflation_m = 0.05;
   double consider_m = 0.5;        ///< pairs with more than this to spare make no row
   double consider_self_m = 0.15;  ///< likewise pairs of the robot's own parts
   double ahead_s = 0.25;       ///< a second obstacle voxel is looked for where the point is heading

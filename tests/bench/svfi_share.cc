@@ -2,6 +2,7 @@
 #include "tests/bench/svfi_share.h"
 
 #include <Eigen/Eigenvalues>
+#include <algorithm>
 #include <cmath>
 
 #include "tests/ctrl/constraints/random_world.h"
@@ -18,7 +19,7 @@ struct Vfi {
   Vector3d t;
   Vector3d v;
   double safe_m = 0;
-  double end_s_m = 0;  ///< of a pipe's end
+  double half_m = 0;  ///< of a pipe's axis, inflation included
 
   /// Planes: linear in θ as it stands, |n| = 1 or not. [CFNBV] (13)
   double operator()(const Parameters& theta) const {
@@ -28,7 +29,7 @@ struct Vfi {
     }
     const Vector3d p = theta.head<3>();
     const Vector3d l = theta.segment<3>(3).normalized();
-    const double s = kind == Primitive::kPipeEnd ? end_s_m : l.dot(t - p);
+    const double s = std::clamp(l.dot(t - p), -half_m, half_m);
     const Vector3d off = t - p - s * l;
     return off.dot(v) / off.norm() + kEta_1ps * (off.norm() - theta(6) - safe_m);
   }
@@ -70,12 +71,8 @@ Parameters Slope(const Vfi& f, const Parameters& theta) {
 }
 
 Vfi VfiOf(const Instance& instance) {
-  Vfi f{instance.estimate.kind, instance.t, instance.v, instance.safe_m, 0};
-  if (f.kind == Primitive::kPipeEnd) {
-    f.end_s_m = std::copysign(instance.estimate.half_m,
-                              instance.estimate.axis.dot(instance.t - instance.estimate.p));
-  }
-  return f;
+  return {instance.estimate.kind, instance.t, instance.v, instance.safe_m,
+          instance.estimate.half_m + kInflation_m};
 }
 
 }  // namespace
