@@ -15,6 +15,21 @@ enum class SvfiMode : std::uint8_t {
   kWorstCase,         ///< its upper bound over the box of u: never too small
 };
 
+inline constexpr SvfiMode kSvfiModes[] = {SvfiMode::kExact, SvfiMode::kPreviousVelocity,
+                                          SvfiMode::kWorstCase};
+
+constexpr const char* Name(SvfiMode mode) {
+  switch (mode) {
+    case SvfiMode::kExact:
+      return "exact";
+    case SvfiMode::kPreviousVelocity:
+      return "previous_velocity";
+    case SvfiMode::kWorstCase:
+      return "worst_case";
+  }
+  return "?";
+}
+
 /// Distances, rates and softness of the constraint rows. Defaults are Table I of the CFNBV paper
 /// where it has a value.
 struct ConstraintConfig {

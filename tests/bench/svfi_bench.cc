@@ -17,7 +17,6 @@ using Json = nlohmann::ordered_json;
 
 constexpr double kAlphas[] = {0.7, 0.9, 0.95, 0.99, 0.999};
 constexpr Primitive kPrimitives[] = {Primitive::kPlane, Primitive::kPipe, Primitive::kPipeEnd};
-constexpr SvfiMode kModes[] = {SvfiMode::kExact, SvfiMode::kPreviousVelocity, SvfiMode::kWorstCase};
 
 struct Options {
   int draws = 100000;
@@ -44,18 +43,6 @@ const char* Name(Primitive primitive) {
       return "pipe";
     case Primitive::kPipeEnd:
       return "pipe end";
-  }
-  return "";
-}
-
-const char* Name(SvfiMode mode) {
-  switch (mode) {
-    case SvfiMode::kExact:
-      return "exact";
-    case SvfiMode::kPreviousVelocity:
-      return "previous_velocity";
-    case SvfiMode::kWorstCase:
-      return "worst_case";
   }
   return "";
 }
@@ -178,7 +165,7 @@ int Run(const Options& options) {
   int done = 0;
   for (const Primitive primitive : kPrimitives) {
     for (const double alpha : kAlphas) {
-      for (const SvfiMode mode : kModes) {
+      for (const SvfiMode mode : kSvfiModes) {
         const Cell cell{primitive, alpha, mode};
         if (options.json) {  // the table grows by itself
           fmt::print(stderr, "{}/45 {} {} {}\n", ++done, Name(primitive), alpha, Name(mode));
