@@ -102,24 +102,53 @@ Matrix3d PipeCurvature(const PipeEstimate& pipe, const AxisDistance& distance) {
   return m * m.transpose() / rho;
 }
 
-void AddStateVariance(const StateCovariance& covariance, const Mat<3, kControls>& J,
-                      const PointDistance& distance, const Matrix3d& B, double eta_1ps,
-                      VelocityCone& cone) {
-  const Vector3d h_t = eta_1ps * distance.gradient_W;
-  Mat<3, 3> K = B;  // by ∂x, ∂y, ∂φ; their z has no part in it
-  K.row(2) = (B * J.col(1) + distance.gradient_W.cross(Vector3d::UnitZ())).transpose();
-  const Vec<3> h{h_t.x(), h_t.y(), J.col(1).dot(h_t)};
-  const VelocityCone base = MakeCone<3>(K, h, covariance.base);
-  cone.Q += base.Q;
-  cone.q += base.q;
-  cone.c += base.c;
-  for (int j = 0; j < kArmJoints; ++j) {
-    const Vector3d k = B * J.col(2 + j);  // B is symmetric
-    const double h_j = J.col(2 + j).dot(h_t);
-    cone.Q += covariance.joint_rad2(j) * (k * k.transpose());
-    cone.q += covariance.joint_rad2(j) * h_j * k;
-    cone.c += covariance.joint_rad2(j) * h_j * h_j;
+Matrix3d BoxCurvature(const PointDistance& distance) {
+  const Vector3d& e = distance.gradient_W;
+  if (!(distance.d_m > 0)) {
+    return Matrix3d::Zero();
   }
+  Matrix3d B = -(e * e.transpose());
+  for (int i = 0; i < 3; ++i) {
+    B(i, i) += e(i) != 0 ? 1 : 0;
+  }
+  return B / distance.d_m;
+}
+
+VelocityCone VoxelCone(const Matrix3d& B, double sigma_m, double eta_1ps) {
+  VelocityCone cone;
+  cone.Q = sigma_m * sigma_m * B.lazyProduct(B);
+  cone.c = sigma_m * sigma_m * eta_1ps * eta_1ps;
+  return cone;
+}
+
+PointSpread SpreadOf(const StateCovariance& covariance, const Mat<3, kControls>& J) {
+  Matrix3d J_base = Matrix3d::Identity();  // by x, y and φ
+  J_base.col(2) = J.col(1);
+  const Matrix3d by_base = J_base.lazyProduct(covariance.base);
+  PointSpread spread{by_base.lazyProduct(J_base.transpose()), by_base.col(2),
+                     covariance.base(2, 2)};
+  for (int j = 0; j < kArmJoints; ++j) {
+    spread.t += covariance.joint_rad2(j) * (J.col(2 + j) * J.col(2 + j).transpose());
+  }
+  return spread;
+}
+
+void AddStateVariance(const PointSpread& spread, const Vector3d& gradient_W, double eta_1ps,
+                      VelocityCone& cone) {
+  const Vector3d h = eta_1ps * gradient_W;
+  const Vector3d w = gradient_W.cross(Vector3d::UnitZ());
+  cone.Q += spread.phi * (w * w.transpose());
+  cone.q += spread.t_phi.dot(h) * w;
+  cone.c += h.dot(spread.t * h);
+}
+
+void AddStateVariance(const PointSpread& spread, const Vector3d& gradient_W, const Matrix3d& B,
+                      double eta_1ps, VelocityCone& cone) {
+  AddStateVariance(spread, gradient_W, eta_1ps, cone);
+  const Matrix3d B_t = B.lazyProduct(spread.t);  // B is symmetric
+  const Matrix3d turn = B * spread.t_phi * gradient_W.cross(Vector3d::UnitZ()).transpose();
+  cone.Q += B_t.lazyProduct(B) + turn + turn.transpose();
+  cone.q += eta_1ps * (B_t * gradient_W);
 }
 
 Result<double> JointChanceQuantile(double alpha, int rows) {
