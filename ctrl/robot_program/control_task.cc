@@ -87,6 +87,7 @@ const ControlReport& ControlTask::Step(Time now, const Scene& scene, const Dista
   report_.progress = output.progress;
   report_.stats = output.stats;
   report_.sent = envelope_.Step(output.u, report_.state, now).u;
+  law_.Sent(report_.sent, report_.stats);
 
   // A driver that is not ready, or is given what its frame cannot carry, sends zero.
   static_cast<void>(base_.Command(report_.sent(0), report_.sent(1)));

@@ -145,13 +145,17 @@ void ChanceQp::Shorten(const ConstraintSet& set, Answer& answer) {
   }
 }
 
-void ChanceQp::Count(const ConstraintSet& set, ChanceQpStats& stats) const {
-  for (int k = 0; k < set.chance.size(); ++k) {
-    const ChanceRow& row = set.chance[k];
-    const bool held = excess_[k] + row.limit <= row.b + kConeTolerance_mps;
-    const bool hard = row.price == 0;
-    ++(hard ? stats.checked : stats.soft_checked);
-    (hard ? stats.held : stats.soft_held) += held ? 1 : 0;
+void ChanceQp::CountRow(const ChanceRow& row, double excess_mps, ChanceQpStats& stats) {
+  const bool held = excess_mps + row.limit <= row.b + kConeTolerance_mps;
+  const bool hard = row.price == 0;
+  ++(hard ? stats.checked : stats.soft_checked);
+  (hard ? stats.held : stats.soft_held) += held ? 1 : 0;
+}
+
+void ChanceQp::Count(const ConstraintSet& set, const Controls& u, ChanceQpStats& stats) {
+  stats.checked = stats.held = stats.soft_checked = stats.soft_held = 0;
+  for (const ChanceRow& row : set.chance) {
+    CountRow(row, ChanceExcess(row, u, set.z), stats);
   }
 }
 
@@ -182,7 +186,9 @@ ChanceQp::Answer ChanceQp::Solve(const QuadraticCost& cost, const ConstraintSet&
   if (mode != SvfiMode::kPreviousVelocity) {  // that mode is as published: it may under-estimate
     Shorten(set, answer);
   }
-  Count(set, answer.stats);
+  for (int k = 0; k < set.chance.size(); ++k) {
+    CountRow(set.chance[k], excess_[k], answer.stats);
+  }
   return answer;
 }
 

@@ -46,6 +46,9 @@ class ChanceQp {
     Controls u = Controls::Zero();  ///< keeps all hard rows; 0 when nothing else does
     ChanceQpStats stats;
   };
+  /// Counts anew how many rows of `set` hold, for a u that is sent in place of the answer's.
+  static void Count(const ConstraintSet& set, const Controls& u, ChanceQpStats& stats);
+
   /// `u0`: where the first tangents are taken, and where kPreviousVelocity freezes σ_f.
   Answer Solve(const QuadraticCost& cost, const ConstraintSet& set, SvfiMode mode,
                const Controls& u0);
@@ -59,7 +62,7 @@ class ChanceQp {
                  const Vec<kMaxRows>& lambda);
   int FallBack(const ConstraintSet& set);
   void Shorten(const ConstraintSet& set, Answer& answer);
-  void Count(const ConstraintSet& set, ChanceQpStats& stats) const;
+  static void CountRow(const ChanceRow& row, double excess_mps, ChanceQpStats& stats);
   void SetRow(int i, const Row& row);
 
   int max_rounds_;
