@@ -10,18 +10,21 @@
 
 namespace pipewright::bench {
 
-enum class Primitive : std::uint8_t { kPlane, kPipe, kPipeEnd };
+enum class Primitive : std::uint8_t { kPlane, kPipe, kPipeEnd, kVoxel };
 
 /// What is measured in one go: a primitive, a probability, a way to meet it.
 struct Cell {
   Primitive primitive = Primitive::kPlane;
+  bool unsure = false;  ///< q is uncertain, too: UnsureState
+  bool joint = false;   ///< alpha is of all rows of the cycle together
   double alpha = 0.7;
   SvfiMode mode = SvfiMode::kExact;
 };
 
-/// A primitive by what it is drawn from: a plane through p with normal `axis`, or a pipe about the
-/// axis through p. sigma_m is of the offset across (a pipe's radius: half), sigma_rad of the tilt
-/// about p.
+/// A primitive by what it is drawn from: a plane through p with normal `axis`, a pipe about the
+/// axis through p, or a post of obstacle voxels as high as the map, 2 half_m wide, about the
+/// vertical through p. sigma_m is of the offset across (a pipe's radius: half), sigma_rad of the
+/// tilt about p.
 struct Surface {
   Primitive kind = Primitive::kPlane;
   Vector3d p = Vector3d::Zero();
@@ -32,6 +35,8 @@ struct Surface {
   double sigma_rad = 0;
 
   Scene ToScene() const;
+  /// What the controller holds of obstacles: a post, or nothing.
+  const DistanceField& Field() const;
   /// Another one, drawn from the normal about this one on the manifold: |axis| = 1.
   Surface Draw(Rng& rng) const;
 };
@@ -44,11 +49,10 @@ struct Instance {
   Surface estimate;
   Time now{};
 
-  int point = 0;          ///< of the robot: index of its sphere, or one past all points: the base
-  Vector3d t;             ///< it, in W
-  Vector3d v;             ///< J_t u
-  double safe_m = 0;      ///< distance that the true surface must keep from t
-  double buffer_mps = 0;  ///< what the row keeps beyond the VFI: b - limit
+  bool unsure = false;
+  std::vector<int> points;  ///< of the robot: its spheres, its discs, one past them the base
+  Controls u;               ///< that was sent
+  double buffer_mps = 0;    ///< what the row keeps beyond the VFI: b - limit
 };
 
 /// Means and extremes over all leaned-on cycles of one kind.
@@ -72,12 +76,20 @@ struct LoopResult {
 };
 
 inline constexpr double kInflation_m = ConstraintConfig{}.pipe_inflation_m;
-inline constexpr double kEta_1ps = ConstraintConfig{}.eta_1ps;
+
+double EtaOf(Primitive primitive);
+/// Distance that the true surface must keep from a robot point.
+double SafeOf(Primitive primitive, int point);
 
 WholeBodyConfig ConfigOf(const Cell& cell);
+/// 3 mm and 3 mrad of the base, 1 mrad of each joint, each alone.
+const StateCovariance& UnsureState();
+/// q as it might truly be.
+Configuration DrawState(const Configuration& q, Rng& rng);
 
-/// p_WT of an Instance's point at configuration q.
+/// p_WT of a robot point at configuration q, and its Jacobian.
 Vector3d PointAt(const Configuration& q, int point);
+Mat<3, kControls> JacobianAt(const Configuration& q, int point);
 
 /// Drives the real controller towards set points beyond a surface it is near to, with the
 /// estimate's covariance and a truth drawn from it, and keeps `keep` cycles of each kind.
