@@ -75,18 +75,34 @@ VelocityCone PlaneCone(const PlaneEstimate& plane, const Vector3d& p_WT, double 
 
 VelocityCone PipeCone(const PipeEstimate& pipe, const AxisDistance& distance, double eta_1ps) {
   const Vector3d& e = distance.to_axis.gradient_W;
-  Mat<7, 3> K = Mat<7, 3>::Zero();
-  if (distance.to_axis.d_m > 0) {
-    const Matrix3d B = PipeCurvature(pipe, distance);
-    K.topRows<3>() = -B;
-    K.middleRows<3>(3) = -distance.s_m * B;
-    if (!distance.at_end) {
-      K.middleRows<3>(3) -= e * pipe.l_W.transpose();
-    }
+  const double rho = distance.to_axis.d_m;
+  const double s = distance.s_m;
+  const Mat<7, 7>& sigma = pipe.covariance;
+  // Of δ = ∂p + s ∂l, the axis at s, with itself, with l and with r.
+  const Matrix3d of_l = sigma.block<3, 3>(3, 3);
+  const Matrix3d with_l = sigma.block<3, 3>(0, 3) + s * of_l;
+  const Matrix3d of_s = sigma.block<3, 3>(0, 0) + s * (with_l + sigma.block<3, 3>(3, 0));
+  const Vector3d with_r = sigma.block<3, 1>(0, 6) + s * sigma.block<3, 1>(3, 6);
+  const Vector3d with_d = of_s * e + with_r;  // -∂d = e'δ + ∂r
+  VelocityCone cone;
+  cone.c = eta_1ps * eta_1ps * (e.dot(with_d) + e.dot(with_r) + sigma(6, 6));
+  if (!(rho > 0)) {
+    return cone;
   }
-  Vec<7> h;
-  h << -eta_1ps * e, -eta_1ps * distance.s_m * e, -eta_1ps;
-  return MakeCone<7>(K, h, pipe.covariance);
+  if (distance.at_end) {
+    const Matrix3d B = PipeCurvature(pipe, distance);
+    cone.Q = B.lazyProduct(of_s).lazyProduct(B);
+    cone.q = eta_1ps * (B * with_d);
+    return cone;
+  }
+  const Vector3d& l = pipe.l_W;
+  const Vector3d m = l.cross(e);
+  const Vector3d l_e = with_l * e;
+  const Matrix3d m_l = m * l.transpose();
+  cone.Q = m.dot(of_s * m) / (rho * rho) * (m * m.transpose()) +
+           m.dot(l_e) / rho * (m_l + m_l.transpose()) + e.dot(of_l * e) * (l * l.transpose());
+  cone.q = eta_1ps * (m.dot(with_d) / rho * m + (e.dot(l_e) + e.dot(sigma.block<3, 1>(3, 6))) * l);
+  return cone;
 }
 
 Matrix3d PipeCurvature(const PipeEstimate& pipe, const AxisDistance& distance) {

@@ -44,6 +44,8 @@ VelocityCone PlaneCone(const PlaneEstimate& plane, const Vector3d& p_WT, double 
 ///   ∂(e'v)/∂p   = −(m'v) m / ρ
 ///   ∂(e'v)/∂l   = −(l'w)(m'v) m / ρ − (l'v) e        (l moves across itself only)
 /// At an end, s fixed: ∂d/∂θ = [−e; −s e; −1], ∂(e'v)/∂p = −(I − ee')v/ρ, ∂(e'v)/∂l = s times that.
+/// Both are of δ = ∂p + s ∂l, how the axis moves at s, with B of PipeCurvature:
+///   ∂f = −(B v + η e)'δ − (l'v) e'∂l − η ∂r      (at an end without the second term)
 VelocityCone PipeCone(const PipeEstimate& pipe, const AxisDistance& distance, double eta_1ps);
 
 /// Obstacle voxel: θ = the place of its box, known with covariance σ² I. The box moves as a whole,

@@ -73,7 +73,9 @@ void AddObstacle(const RowContext& c, RowKind kind, int index, std::uint32_t whi
   } else if (eta * spare_m <= c.config.eta_1ps * c.config.consider_m) {
     const Matrix3d B = BoxCurvature(distance);
     VelocityCone cone = VoxelCone(B, c.config.voxel_noise_m, eta);
-    if (c.covariance_q != nullptr) {
+    if (c.covariance_q != nullptr && B.isZero(0)) {  // a face, the usual case
+      AddStateVariance(point.spread, distance.gradient_W, eta, cone);
+    } else if (c.covariance_q != nullptr) {
       AddStateVariance(point.spread, distance.gradient_W, B, eta, cone);
     }
     maker.Chance(pair, distance.gradient_W, point, cone);

@@ -83,6 +83,11 @@ TEST(PipeCone, IsTheFirstOrderDeviation) {
     if (i % 2 == 1) {
       pipe.extent_lo_m = pipe.extent_hi_m = 2.5;
     }
+    // p, l and r together; p moves across the axis, l across itself.
+    Mat<7, 7> across = Mat<7, 7>::Identity();
+    across.block<3, 3>(0, 0) -= pipe.l_W * pipe.l_W.transpose();
+    across.block<3, 3>(3, 3) -= pipe.l_W * pipe.l_W.transpose();
+    pipe.covariance += across * test::RandomCovariance<7>(rng, 0.02) * across;
     const Vector3d t = RandomIn(rng, kLo, kHi);
     const Vector3d v = RandomIn(rng, kLo, kHi);
     const double eta = rng.Uniform(0.1, 5);
