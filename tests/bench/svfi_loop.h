@@ -6,11 +6,9 @@
 #include <vector>
 
 #include "ctrl/whole_body/whole_body_controller.h"
-#include "platform/core/rng.h"
+#include "tests/bench/svfi_surface.h"
 
 namespace pipewright::bench {
-
-enum class Primitive : std::uint8_t { kPlane, kPipe, kPipeEnd, kVoxel };
 
 /// What is measured in one go: a primitive, a probability, a way to meet it.
 struct Cell {
@@ -19,26 +17,6 @@ struct Cell {
   bool joint = false;   ///< alpha is of all rows of the cycle together
   double alpha = 0.7;
   SvfiMode mode = SvfiMode::kExact;
-};
-
-/// A primitive by what it is drawn from: a plane through p with normal `axis`, a pipe about the
-/// axis through p, or a post of obstacle voxels as high as the map, 2 half_m wide, about the
-/// vertical through p. sigma_m is of the offset across (a pipe's radius: half), sigma_rad of the
-/// tilt about p.
-struct Surface {
-  Primitive kind = Primitive::kPlane;
-  Vector3d p = Vector3d::Zero();
-  Vector3d axis = Vector3d::UnitZ();
-  double radius_m = 0;
-  double half_m = 5;
-  double sigma_m = 0;
-  double sigma_rad = 0;
-
-  Scene ToScene() const;
-  /// What the controller holds of obstacles: a post, or nothing.
-  const DistanceField& Field() const;
-  /// Another one, drawn from the normal about this one on the manifold: |axis| = 1.
-  Surface Draw(Rng& rng) const;
 };
 
 /// A cycle in which a chance row was leaned on for the u that was sent.
@@ -75,22 +53,7 @@ struct LoopResult {
   double penetration_mm = 0;  ///< of d_safe by the robot's points, worst
 };
 
-inline constexpr double kInflation_m = ConstraintConfig{}.pipe_inflation_m;
-
-double EtaOf(Primitive primitive);
-/// Distance that the true surface must keep from a robot point.
-double SafeOf(Primitive primitive, int point);
-
 WholeBodyConfig ConfigOf(const Cell& cell);
-/// 3 mm and 3 mrad of the base, 1 mrad of each joint, each alone.
-const StateCovariance& UnsureState();
-/// q as it might truly be.
-Configuration DrawState(const Configuration& q, Rng& rng);
-
-/// p_WT of a robot point at configuration q, and its Jacobian.
-Vector3d PointAt(const Configuration& q, int point);
-Mat<3, kControls> JacobianAt(const Configuration& q, int point);
-
 /// Drives the real controller towards set points beyond a surface it is near to, with the
 /// estimate's covariance and a truth drawn from it, and keeps `keep` cycles of each kind.
 LoopResult RunLoops(const Cell& cell, int episodes, int keep, std::uint64_t seed);
