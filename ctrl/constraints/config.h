@@ -15,6 +15,21 @@ enum class SvfiMode : std::uint8_t {
   kWorstCase,         ///< its upper bound over the box of u: never too small
 };
 
+inline constexpr SvfiMode kSvfiModes[] = {SvfiMode::kExact, SvfiMode::kPreviousVelocity,
+                                          SvfiMode::kWorstCase};
+
+constexpr const char* Name(SvfiMode mode) {
+  switch (mode) {
+    case SvfiMode::kExact:
+      return "exact";
+    case SvfiMode::kPreviousVelocity:
+      return "previous_velocity";
+    case SvfiMode::kWorstCase:
+      return "worst_case";
+  }
+  return "?";
+}
+
 /// Distances, rates and softness of the constraint rows. Defaults are Table I of the CFNBV paper
 /// where it has a value.
 struct ConstraintConfig {
@@ -30,14 +45,25 @@ struct ConstraintConfig {
   double d_safe_base_plane_m = 0.5;
   double d_safe_pipe_m = 0.075;  ///< plus the pipe's radius: distances to pipes are to the axis
   double margin_m = 0.025;       // plans keep 0.03: room for tracking
-  double voxel_margin_m = 0.02;
+  /// Beyond the map's noise, for what that is not: another voxel becomes the nearest within a
+  /// period (some 6 mm), a query between two cells says more than the distance (9 mm seen).
+  double voxel_margin_m = 0.017;
+  /// Deviation of an obstacle voxel's place, each axis alone. Not its width: the distance is to its
+  /// box, which holds the reading wherever that fell in it. But where the reading fell: the depth
+  /// camera's σ at 1 m (3.8 mm), its pose's error (2 mm, and 2 mrad at 1 m), 4.7 mm in all. At α =
+  /// 0.7 it asks for 2.6 mm standing still, 0.0196 m with the margin.
+  double voxel_noise_m = 0.005;
   double self_margin_m = 0.02;
 
   double plane_inflation_m = 0.25;  ///< a plane acts this far beyond the rectangle that was seen
   double plane_behind_m = 0.15;     ///< a point this far behind a plane is past the plane's end
   double near_vertical_nz = 0.3;    ///< |n_z| below which a plane stops the base
-  double pipe_inflation_m = 0.15;
-  double consider_m = 0.5;        ///< pairs with more than this to spare make no row
+  /// The seen part of a pipe's axis counts as this much longer at either end. On the axis that
+  /// keeps inflation + radius + d_safe, some 0.2 m, beyond what was seen.
+  double pipe_inflation_m = 0.05;
+  /// Pairs with more than this to spare make no row. Voxels and columns: that may come nearer
+  /// faster than eta_1ps times this.
+  double consider_m = 0.5;
   double consider_self_m = 0.15;  ///< likewise pairs of the robot's own parts
   double ahead_s = 0.25;       ///< a second obstacle voxel is looked for where the point is heading
   double recovery_mps = 0.05;  ///< how fast at most a too near place is left
@@ -60,7 +86,7 @@ constexpr bool Valid(const ConstraintConfig& c) {
                      c.eta_joint_1ps * c.period_s < 1;  // else one period overshoots
   const bool distances = c.d_safe_plane_m >= 0 && c.d_safe_base_plane_m >= 0 &&
                          c.d_safe_pipe_m >= 0 && c.margin_m >= 0 && c.voxel_margin_m >= 0 &&
-                         c.self_margin_m >= 0 && c.plane_inflation_m >= 0 &&
+                         c.voxel_noise_m >= 0 && c.self_margin_m >= 0 && c.plane_inflation_m >= 0 &&
                          c.plane_behind_m >= 0 && c.pipe_inflation_m >= 0 && c.consider_m > 0 &&
                          c.consider_self_m > 0 && c.ahead_s >= 0 && c.recovery_mps >= 0;
   bool prices = c.Price(RowKind::kRecovery) > 0;  // hard, it would leave no answer

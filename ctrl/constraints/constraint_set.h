@@ -28,8 +28,8 @@ struct Clearances {
 struct ConstraintSet {
   Controls lb = Controls::Zero();
   Controls ub = Controls::Zero();
-  RowSet rows;          ///< deterministic
-  ChanceRowSet chance;  ///< stochastic: planes and pipes
+  RowSet rows;          ///< deterministic: the robot's own parts and joints
+  ChanceRowSet chance;  ///< stochastic: planes, pipes, obstacle voxels and columns
   double z = 0;         ///< Φ⁻¹ of α or, with joint_risk, of each row's share of it
 
   int dropped = 0;  ///< rows that did not fit; the nearest are kept

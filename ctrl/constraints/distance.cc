@@ -26,10 +26,8 @@ bool PlaneReaches(const PlaneEstimate& plane, const Vector3d& p_WT, double infla
 AxisDistance PointToPipeAxis(const Vector3d& p_WT, const PipeEstimate& pipe, double inflation_m) {
   const Vector3d w = p_WT - pipe.p_W;
   const double foot = pipe.l_W.dot(w);
-  const bool within =
-      foot >= pipe.extent_lo_m - inflation_m && foot <= pipe.extent_hi_m + inflation_m;
-  const double s = within ? foot : std::clamp(foot, pipe.extent_lo_m, pipe.extent_hi_m);
-  return {.to_axis = PointToPoint(p_WT, pipe.p_W + s * pipe.l_W), .s_m = s, .at_end = !within};
+  const double s = std::clamp(foot, pipe.extent_lo_m - inflation_m, pipe.extent_hi_m + inflation_m);
+  return {.to_axis = PointToPoint(p_WT, pipe.p_W + s * pipe.l_W), .s_m = s, .at_end = s != foot};
 }
 
 PointDistance PointToPoint(const Vector3d& p_WT, const Vector3d& p_WQ) {

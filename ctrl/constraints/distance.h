@@ -21,8 +21,14 @@ PointDistance PointToPlane(const Vector3d& p_WT, const PlaneEstimate& plane);
 bool PlaneReaches(const PlaneEstimate& plane, const Vector3d& p_WT, double inflation_m,
                   double behind_m);
 
-/// Distance to the pipe's axis: the line, where T's foot lies in the seen extent widened by
-/// inflation, else the end point of that extent. The foot is p + s l.
+/// Distance to the segment of the pipe's axis that was seen, `inflation` longer at either end: the
+/// foot is p + s l, s = clamp(l't', lo − inflation, hi + inflation) with t' = t − p.
+///
+/// One convex set for all points: d is continuous, so is its gradient off the axis, and d is never
+/// more than the distance to what was seen. A row on it therefore holds motion across the axis and
+/// motion along it towards the end alike, and no row appears at a distance that is already too
+/// small. (An end that acts at the seen extent and a line that acts beyond it do not fit together:
+/// d falls from √(ρ² + inflation²) to ρ where they meet, and a point on the axis is let in.)
 struct AxisDistance {
   PointDistance to_axis;
   double s_m = 0;       ///< where on the axis the nearest point is

@@ -40,9 +40,10 @@ constexpr int RowKey(RowKind kind, int first, std::uint32_t second) {
 }
 constexpr RowKind KindOf(const Row& row) { return static_cast<RowKind>(row.key >> 26); }
 
-/// Rows of the QP: deterministic ones and one cut for each chance row.
+/// Rows of the QP: deterministic ones (of the robot itself, and to leave places) and one cut for
+/// each chance row (of the world).
 inline constexpr int kMaxRows = 192;
-inline constexpr int kMaxChanceRows = 96;
+inline constexpr int kMaxChanceRows = 128;
 inline constexpr int kMaxPlainRows = kMaxRows - kMaxChanceRows;
 
 using RowSet = FixedVector<Row, kMaxPlainRows>;

@@ -75,18 +75,34 @@ VelocityCone PlaneCone(const PlaneEstimate& plane, const Vector3d& p_WT, double 
 
 VelocityCone PipeCone(const PipeEstimate& pipe, const AxisDistance& distance, double eta_1ps) {
   const Vector3d& e = distance.to_axis.gradient_W;
-  Mat<7, 3> K = Mat<7, 3>::Zero();
-  if (distance.to_axis.d_m > 0) {
-    const Matrix3d B = PipeCurvature(pipe, distance);
-    K.topRows<3>() = -B;
-    K.middleRows<3>(3) = -distance.s_m * B;
-    if (!distance.at_end) {
-      K.middleRows<3>(3) -= e * pipe.l_W.transpose();
-    }
+  const double rho = distance.to_axis.d_m;
+  const double s = distance.s_m;
+  const Mat<7, 7>& sigma = pipe.covariance;
+  // Of δ = ∂p + s ∂l, the axis at s, with itself, with l and with r.
+  const Matrix3d of_l = sigma.block<3, 3>(3, 3);
+  const Matrix3d with_l = sigma.block<3, 3>(0, 3) + s * of_l;
+  const Matrix3d of_s = sigma.block<3, 3>(0, 0) + s * (with_l + sigma.block<3, 3>(3, 0));
+  const Vector3d with_r = sigma.block<3, 1>(0, 6) + s * sigma.block<3, 1>(3, 6);
+  const Vector3d with_d = of_s * e + with_r;  // -∂d = e'δ + ∂r
+  VelocityCone cone;
+  cone.c = eta_1ps * eta_1ps * (e.dot(with_d) + e.dot(with_r) + sigma(6, 6));
+  if (!(rho > 0)) {
+    return cone;
   }
-  Vec<7> h;
-  h << -eta_1ps * e, -eta_1ps * distance.s_m * e, -eta_1ps;
-  return MakeCone<7>(K, h, pipe.covariance);
+  if (distance.at_end) {
+    const Matrix3d B = PipeCurvature(pipe, distance);
+    cone.Q = B.lazyProduct(of_s).lazyProduct(B);
+    cone.q = eta_1ps * (B * with_d);
+    return cone;
+  }
+  const Vector3d& l = pipe.l_W;
+  const Vector3d m = l.cross(e);
+  const Vector3d l_e = with_l * e;
+  const Matrix3d m_l = m * l.transpose();
+  cone.Q = m.dot(of_s * m) / (rho * rho) * (m * m.transpose()) +
+           m.dot(l_e) / rho * (m_l + m_l.transpose()) + e.dot(of_l * e) * (l * l.transpose());
+  cone.q = eta_1ps * (m.dot(with_d) / rho * m + (e.dot(l_e) + e.dot(sigma.block<3, 1>(3, 6))) * l);
+  return cone;
 }
 
 Matrix3d PipeCurvature(const PipeEstimate& pipe, const AxisDistance& distance) {
@@ -102,24 +118,53 @@ Matrix3d PipeCurvature(const PipeEstimate& pipe, const AxisDistance& distance) {
   return m * m.transpose() / rho;
 }
 
-void AddStateVariance(const StateCovariance& covariance, const Mat<3, kControls>& J,
-                      const PointDistance& distance, const Matrix3d& B, double eta_1ps,
-                      VelocityCone& cone) {
-  const Vector3d h_t = eta_1ps * distance.gradient_W;
-  Mat<3, 3> K = B;  // by ∂x, ∂y, ∂φ; their z has no part in it
-  K.row(2) = (B * J.col(1) + distance.gradient_W.cross(Vector3d::UnitZ())).transpose();
-  const Vec<3> h{h_t.x(), h_t.y(), J.col(1).dot(h_t)};
-  const VelocityCone base = MakeCone<3>(K, h, covariance.base);
-  cone.Q += base.Q;
-  cone.q += base.q;
-  cone.c += base.c;
-  for (int j = 0; j < kArmJoints; ++j) {
-    const Vector3d k = B * J.col(2 + j);  // B is symmetric
-    const double h_j = J.col(2 + j).dot(h_t);
-    cone.Q += covariance.joint_rad2(j) * (k * k.transpose());
-    cone.q += covariance.joint_rad2(j) * h_j * k;
-    cone.c += covariance.joint_rad2(j) * h_j * h_j;
+Matrix3d BoxCurvature(const PointDistance& distance) {
+  const Vector3d& e = distance.gradient_W;
+  if (!(distance.d_m > 0)) {
+    return Matrix3d::Zero();
   }
+  Matrix3d B = -(e * e.transpose());
+  for (int i = 0; i < 3; ++i) {
+    B(i, i) += e(i) != 0 ? 1 : 0;
+  }
+  return B / distance.d_m;
+}
+
+VelocityCone VoxelCone(const Matrix3d& B, double sigma_m, double eta_1ps) {
+  VelocityCone cone;
+  cone.Q = sigma_m * sigma_m * B.lazyProduct(B);
+  cone.c = sigma_m * sigma_m * eta_1ps * eta_1ps;
+  return cone;
+}
+
+PointSpread SpreadOf(const StateCovariance& covariance, const Mat<3, kControls>& J) {
+  Matrix3d J_base = Matrix3d::Identity();  // by x, y and φ
+  J_base.col(2) = J.col(1);
+  const Matrix3d by_base = J_base.lazyProduct(covariance.base);
+  PointSpread spread{by_base.lazyProduct(J_base.transpose()), by_base.col(2),
+                     covariance.base(2, 2)};
+  for (int j = 0; j < kArmJoints; ++j) {
+    spread.t += covariance.joint_rad2(j) * (J.col(2 + j) * J.col(2 + j).transpose());
+  }
+  return spread;
+}
+
+void AddStateVariance(const PointSpread& spread, const Vector3d& gradient_W, double eta_1ps,
+                      VelocityCone& cone) {
+  const Vector3d h = eta_1ps * gradient_W;
+  const Vector3d w = gradient_W.cross(Vector3d::UnitZ());
+  cone.Q += spread.phi * (w * w.transpose());
+  cone.q += spread.t_phi.dot(h) * w;
+  cone.c += h.dot(spread.t * h);
+}
+
+void AddStateVariance(const PointSpread& spread, const Vector3d& gradient_W, const Matrix3d& B,
+                      double eta_1ps, VelocityCone& cone) {
+  AddStateVariance(spread, gradient_W, eta_1ps, cone);
+  const Matrix3d B_t = B.lazyProduct(spread.t);  // B is symmetric
+  const Matrix3d turn = B * spread.t_phi * gradient_W.cross(Vector3d::UnitZ()).transpose();
+  cone.Q += B_t.lazyProduct(B) + turn + turn.transpose();
+  cone.q += eta_1ps * (B_t * gradient_W);
 }
 
 Result<double> JointChanceQuantile(double alpha, int rows) {

@@ -44,24 +44,48 @@ VelocityCone PlaneCone(const PlaneEstimate& plane, const Vector3d& p_WT, double 
 ///   ∂(e'v)/∂p   = −(m'v) m / ρ
 ///   ∂(e'v)/∂l   = −(l'w)(m'v) m / ρ − (l'v) e        (l moves across itself only)
 /// At an end, s fixed: ∂d/∂θ = [−e; −s e; −1], ∂(e'v)/∂p = −(I − ee')v/ρ, ∂(e'v)/∂l = s times that.
+/// Both are of δ = ∂p + s ∂l, how the axis moves at s, with B of PipeCurvature:
+///   ∂f = −(B v + η e)'δ − (l'v) e'∂l − η ∂r      (at an end without the second term)
 VelocityCone PipeCone(const PipeEstimate& pipe, const AxisDistance& distance, double eta_1ps);
+
+/// Obstacle voxel: θ = the place of its box, known with covariance σ² I. The box moves as a whole,
+/// so that the rate changes with it by the curvature of the distance alone (BoxCurvature):
+///   ∂d/∂θ = −e,  ∂(e'v)/∂θ = −B v:   σ_f² = σ² (|B v|² + η²),   for B e = 0
+VelocityCone VoxelCone(const Matrix3d& B, double sigma_m, double eta_1ps);
+
+/// What the robot does not know of the place of one of its points t and of its heading φ.
+struct PointSpread {
+  Matrix3d t = Matrix3d::Zero();      ///< J_q Σ J_q' [m²]
+  Vector3d t_phi = Vector3d::Zero();  ///< covariance of t and φ [m rad]
+  double phi = 0;                     ///< [rad²]
+};
+
+/// J is the point's J_t on the reduced controls: its column 1 is ∂t/∂φ. Some 70 multiply-adds.
+PointSpread SpreadOf(const StateCovariance& covariance, const Mat<3, kControls>& J);
 
 /// Adds to `cone` what the robot does not know of itself: ∇f' Σ ∇f over q = (x, y, φ, q1 ... q7).
 /// q moves the point, ∂t = J_q ∂q, and d is a function of t − θ's place only:
 ///
-///   ∂f/∂q = J_q' ∂f/∂t + (0, 0, 1, 0 ... 0)' (∇d × z)'v,    ∂f/∂t = B v + η ∇d,   B = ∂²d/∂t²
-///   B = 0 (plane),  mm'/ρ (line, m = l × e),  (I − ee')/ρ (point)
+///   ∂f/∂q = J_q' ∂f/∂t + (0, 0, 1, 0 ... 0)' w'v,    w = ∇d × z
+///   ∂f/∂t = B v + η ∇d,   B = ∂²d/∂t²
+///   B = 0 (plane),  mm'/ρ (line, m = l × e),  (I − ee')/ρ (point), BoxCurvature (voxel)
 ///
 /// (∂f/∂t)'Σ_t(∂f/∂t) with Σ_t = J_q Σ J_q', which [CFNBV] leaves open, and one term more: v turns
 /// with the base's heading (z is up), so that an error of the base's pose is whole to first order.
 /// For the joints J_t counts as known: their ∂(J_t u)/∂q_j is left out, at most |∂q_j| |ω| |t −
 /// o_j| where η |∂q_j| |t − o_j| is counted: small while the arm turns slower than η.
 ///
-/// J is the point's J_t on the reduced controls. Independent of the primitive's own Σ. With a zero
-/// covariance `cone` keeps its bits. Some 150 multiply-adds.
-void AddStateVariance(const StateCovariance& covariance, const Mat<3, kControls>& J,
-                      const PointDistance& distance, const Matrix3d& B, double eta_1ps,
+/// Independent of the primitive's own Σ. With a zero spread `cone` keeps its bits.
+void AddStateVariance(const PointSpread& spread, const Vector3d& gradient_W, const Matrix3d& B,
+                      double eta_1ps, VelocityCone& cone);
+/// The same for a plane, whose B is zero.
+void AddStateVariance(const PointSpread& spread, const Vector3d& gradient_W, double eta_1ps,
                       VelocityCone& cone);
+
+/// B = ∂²d/∂t² of the distance to a box along W's axes: a face is flat, an edge bends as a line, a
+/// corner as a point:
+///   B = (S − ee')/d,   S diagonal, S_ii = 1 where e_i ≠ 0
+Matrix3d BoxCurvature(const PointDistance& distance);
 
 /// B = ∂²d/∂t² of the distance to a pipe's axis or, at its end, to that point.
 Matrix3d PipeCurvature(const PipeEstimate& pipe, const AxisDistance& distance);

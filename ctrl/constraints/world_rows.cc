@@ -8,6 +8,7 @@ namespace pipewright {
 namespace {
 
 constexpr double kSamePoint_m = 0.01;
+constexpr double kInside_m = 1e-9;  // of an obstacle
 /// Height at which the base's centre is held against walls: mid height of the platform.
 constexpr double kBaseHeight_m = 0.1;
 
@@ -17,6 +18,9 @@ RobotPoint MakePoint(const RowContext& c, int body, const Vector3d& p_L, double 
   point.J = c.kinematics.PointJacobianAt(body, point.p_W);
   point.r_m = r_m;
   point.buffer_mps = HoldBuffer(point.J, c.u_max, c.config.period_s);
+  if (c.covariance_q != nullptr) {
+    point.spread = SpreadOf(*c.covariance_q, point.J);
+  }
   return point;
 }
 
@@ -34,7 +38,7 @@ void AddPlane(const RowContext& c, RowKind kind, int index, const PlaneEstimate&
   if (pair.spare_m <= c.config.consider_m) {
     VelocityCone cone = PlaneCone(plane, point.p_W, eta);
     if (c.covariance_q != nullptr) {
-      AddStateVariance(*c.covariance_q, point.J, distance, Matrix3d::Zero(), eta, cone);
+      AddStateVariance(point.spread, distance.gradient_W, eta, cone);
     }
     maker.Chance(pair, distance.gradient_W, point, cone);
   }
@@ -51,11 +55,30 @@ void AddPipe(const RowContext& c, int index, const PipeEstimate& pipe, const Rob
                             to_surface_m - d_safe_m, eta,   point.buffer_mps};
   if (pair.spare_m <= c.config.consider_m) {
     VelocityCone cone = PipeCone(pipe, distance, eta);
+    const Vector3d& gradient_W = distance.to_axis.gradient_W;
     if (c.covariance_q != nullptr) {
-      AddStateVariance(*c.covariance_q, point.J, distance.to_axis, PipeCurvature(pipe, distance),
-                       eta, cone);
+      AddStateVariance(point.spread, gradient_W, PipeCurvature(pipe, distance), eta, cone);
     }
-    maker.Chance(pair, distance.to_axis.gradient_W, point, cone);
+    maker.Chance(pair, gradient_W, point, cone);
+  }
+}
+
+void AddObstacle(const RowContext& c, RowKind kind, int index, std::uint32_t which,
+                 const PointDistance& distance, const RobotPoint& point, RowMaker& maker) {
+  const double eta = c.config.eta_voxel_1ps;
+  const double spare_m = distance.d_m - point.r_m - c.config.voxel_margin_m;
+  const RowMaker::Pair pair{kind, index, which, spare_m, eta, point.buffer_mps};
+  if (distance.d_m < kInside_m) {
+    maker.Creep(pair, point);
+  } else if (eta * spare_m <= c.config.eta_1ps * c.config.consider_m) {
+    const Matrix3d B = BoxCurvature(distance);
+    VelocityCone cone = VoxelCone(B, c.config.voxel_noise_m, eta);
+    if (c.covariance_q != nullptr && B.isZero(0)) {  // a face, the usual case
+      AddStateVariance(point.spread, distance.gradient_W, eta, cone);
+    } else if (c.covariance_q != nullptr) {
+      AddStateVariance(point.spread, distance.gradient_W, B, eta, cone);
+    }
+    maker.Chance(pair, distance.gradient_W, point, cone);
   }
 }
 
@@ -64,20 +87,12 @@ void AddPipe(const RowContext& c, int index, const PipeEstimate& pipe, const Rob
 template <typename Find>
 void AddObstacles(const RowContext& c, RowKind kind, int index, const RobotPoint& point,
                   const Find& find, RowMaker& maker, Clearances& clearance) {
-  const double d_safe_m = point.r_m + c.config.voxel_margin_m;
-  const auto pair = [&](std::uint32_t which, double d_m) {
-    return RowMaker::Pair{
-        kind, index, which, d_m - d_safe_m, c.config.eta_voxel_1ps, point.buffer_mps};
-  };
   const Nearest nearest = find(point.p_W);
   if (nearest.any) {
     clearance.obstacle_m = std::min(clearance.obstacle_m, nearest.distance_m - point.r_m);
-    if (nearest.distance_m < 1e-9) {
-      maker.Creep(pair(0, 0), point);
+    AddObstacle(c, kind, index, 0, {nearest.distance_m, nearest.direction_W}, point, maker);
+    if (nearest.distance_m < kInside_m) {
       return;
-    }
-    if (nearest.distance_m - d_safe_m <= c.config.consider_m) {
-      maker.Distance(pair(0, nearest.distance_m), point.J.transpose() * nearest.direction_W);
     }
   }
   const Vector3d ahead_W = c.config.ahead_s * (point.J * c.u_sent);
@@ -92,10 +107,7 @@ void AddObstacles(const RowContext& c, RowKind kind, int index, const RobotPoint
   if (kind == RowKind::kColumn) {
     p_WT.z() = 0;  // columns have no height
   }
-  const PointDistance distance = PointToPoint(p_WT, next.p_W);
-  if (distance.d_m - d_safe_m <= c.config.consider_m) {
-    maker.Distance(pair(1, distance.d_m), point.J.transpose() * distance.gradient_W);
-  }
+  AddObstacle(c, kind, index, 1, PointToPoint(p_WT, next.p_W), point, maker);
 }
 
 }  // namespace

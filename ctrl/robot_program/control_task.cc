@@ -31,6 +31,7 @@ ControlTask::ControlTask(const ControlTaskConfig& config, const RobotModel<kArmJ
       base_(config.base),
       arm_(config.arm),
       odometry_(config.odometry),
+      uncertainty_(config.joint_sigma_rad),
       law_(config.law, robot, TracerUf7Shapes()),
       envelope_(EnvelopeOf(robot, config)),
       arm_every_(CyclesPerArmCycle(config)) {
@@ -44,6 +45,7 @@ RobotState ControlTask::ReadState(Time now) {
     static_cast<void>(odometry_.Step(base_.twist_stamp(), base_.twist().v_mps,
                                      base_.twist().omega_radps, base_.odometer().left_m,
                                      base_.odometer().right_m));
+    uncertainty_.Add(odometry_.pose());
   }
   RobotState state;
   state.emergency_stop = base_.emergency_stop();
@@ -75,11 +77,17 @@ const ControlReport& ControlTask::Step(Time now, const Scene& scene, const Dista
   report_.now = now;
   report_.state = ReadState(now);
   const ControlOutput output =
-      law_.Step({.state = report_.state, .scene = scene, .field = field, .goal = goal}, now);
+      law_.Step({.state = report_.state,
+                 .scene = scene,
+                 .field = field,
+                 .goal = goal,
+                 .covariance_q = &uncertainty_.Since(scene.stamp, odometry_)},
+                now);
   report_.wanted = output.u;
   report_.progress = output.progress;
   report_.stats = output.stats;
   report_.sent = envelope_.Step(output.u, report_.state, now).u;
+  law_.Sent(report_.sent, report_.stats);
 
   // A driver that is not ready, or is given what its frame cannot carry, sends zero.
   static_cast<void>(base_.Command(report_.sent(0), report_.sent(1)));

@@ -18,27 +18,6 @@ double LargestScale(const ChanceRow& row, const Controls& u, double z) {
   return lo;
 }
 
-void Shorten(const ConstraintSet& set, ChanceQp::Answer& answer) {
-  double scale = 1;
-  for (const ChanceRow& row : set.chance) {
-    if (row.price == 0 && ChanceExcess(row, answer.u, set.z) > ChanceQp::kConeTolerance_mps) {
-      scale = std::min(scale, LargestScale(row, answer.u, set.z));
-    }
-  }
-  answer.stats.scale = scale;
-  answer.u *= scale;
-}
-
-void Count(const ConstraintSet& set, const Controls& u, ChanceQpStats& stats) {
-  for (const ChanceRow& row : set.chance) {
-    const bool held =
-        ChanceExcess(row, u, set.z) + row.limit <= row.b + ChanceQp::kConeTolerance_mps;
-    const bool hard = row.price == 0;
-    ++(hard ? stats.checked : stats.soft_checked);
-    (hard ? stats.held : stats.soft_held) += held ? 1 : 0;
-  }
-}
-
 }  // namespace
 
 void ChanceQp::SetRow(int i, const Row& row) {
@@ -92,15 +71,21 @@ const Vec<kMaxRows>& ChanceQp::SolveOnce(Answer& answer) {
   return solution.lambda_rows;
 }
 
-/// Whether u meets every cone. Soft ones: with the slack that was paid for.
+void ChanceQp::Evaluate(const ConstraintSet& set, const Controls& u) {
+  for (int k = 0; k < set.chance.size(); ++k) {
+    excess_[k] = ChanceExcess(set.chance[k], u, set.z);
+  }
+}
+
+/// Whether u, that of the last Evaluate, meets every cone. Soft ones: with the slack paid for.
 bool ChanceQp::Meets(const ConstraintSet& set, const Controls& u) const {
-  int i = first_chance_;
-  for (const ChanceRow& row : set.chance) {
-    const double slack = row.price > 0 ? std::max(qp_.A.row(i).dot(u) - qp_.hi[i], 0.0) : 0;
-    if (ChanceExcess(row, u, set.z) > slack + kConeTolerance_mps) {
+  for (int k = 0; k < set.chance.size(); ++k) {
+    const int i = first_chance_ + k;
+    const bool soft = set.chance[k].price > 0;
+    const double slack = soft ? std::max(qp_.A.row(i).dot(u) - qp_.hi[i], 0.0) : 0;
+    if (excess_[k] > slack + kConeTolerance_mps) {
       return false;
     }
-    ++i;
   }
   return true;
 }
@@ -118,8 +103,7 @@ void ChanceQp::PoseAbout(const QuadraticCost& cost, const ConstraintSet& set, co
     for (int i = first_chance_; i < rows; ++i) {
       weight += cone_[i] == k ? lambda[i] : 0;
     }
-    const bool unmet = ChanceExcess(row, u, set.z) > 0;
-    if (unmet || weight > 0) {
+    if (excess_[k] > 0 || weight > 0) {
       const bool append = row.price == 0 && qp_.rows < kMaxRows;
       const int i = append ? qp_.rows++ : first_chance_ + k;
       SetRow(i, TangentCut(row, u, set.z));
@@ -134,17 +118,45 @@ void ChanceQp::PoseAbout(const QuadraticCost& cost, const ConstraintSet& set, co
   }
 }
 
-int ChanceQp::FallBack(const ConstraintSet& set, const Controls& u) {
+int ChanceQp::FallBack(const ConstraintSet& set) {
   int count = 0;
-  int i = first_chance_;
-  for (const ChanceRow& row : set.chance) {
-    if (row.price == 0 && ChanceExcess(row, u, set.z) > kConeTolerance_mps) {
-      SetRow(i, WorstCaseRow(row, set.lb, set.ub, set.z));
+  for (int k = 0; k < set.chance.size(); ++k) {
+    const ChanceRow& row = set.chance[k];
+    if (row.price == 0 && excess_[k] > kConeTolerance_mps) {
+      SetRow(first_chance_ + k, WorstCaseRow(row, set.lb, set.ub, set.z));
       ++count;
     }
-    ++i;
   }
   return count;
+}
+
+void ChanceQp::Shorten(const ConstraintSet& set, Answer& answer) {
+  double scale = 1;
+  for (int k = 0; k < set.chance.size(); ++k) {
+    const ChanceRow& row = set.chance[k];
+    if (row.price == 0 && excess_[k] > kConeTolerance_mps) {
+      scale = std::min(scale, LargestScale(row, answer.u, set.z));
+    }
+  }
+  answer.stats.scale = scale;
+  if (scale < 1) {
+    answer.u *= scale;
+    Evaluate(set, answer.u);
+  }
+}
+
+void ChanceQp::CountRow(const ChanceRow& row, double excess_mps, ChanceQpStats& stats) {
+  const bool held = excess_mps + row.limit <= row.b + kConeTolerance_mps;
+  const bool hard = row.price == 0;
+  ++(hard ? stats.checked : stats.soft_checked);
+  (hard ? stats.held : stats.soft_held) += held ? 1 : 0;
+}
+
+void ChanceQp::Count(const ConstraintSet& set, const Controls& u, ChanceQpStats& stats) {
+  stats.checked = stats.held = stats.soft_checked = stats.soft_held = 0;
+  for (const ChanceRow& row : set.chance) {
+    CountRow(row, ChanceExcess(row, u, set.z), stats);
+  }
 }
 
 ChanceQp::Answer ChanceQp::Solve(const QuadraticCost& cost, const ConstraintSet& set, SvfiMode mode,
@@ -152,26 +164,31 @@ ChanceQp::Answer ChanceQp::Solve(const QuadraticCost& cost, const ConstraintSet&
   Answer answer;
   Pose(cost, set, mode, u0);
   const Vec<kMaxRows>* lambda = &SolveOnce(answer);
+  Evaluate(set, answer.u);
   if (mode == SvfiMode::kExact) {
     bool met = Meets(set, answer.u);
     while (!met && answer.stats.rounds < max_rounds_) {
       const Controls last = answer.u;
       PoseAbout(cost, set, last, *lambda);
       lambda = &SolveOnce(answer);
+      Evaluate(set, answer.u);
       met =
           Meets(set, answer.u) && (answer.u - last).squaredNorm() < kStepTolerance * kStepTolerance;
     }
-    answer.stats.fallbacks = met ? 0 : FallBack(set, answer.u);
+    answer.stats.fallbacks = met ? 0 : FallBack(set);
     if (answer.stats.fallbacks > 0) {
       qp_.H = cost.H;
       qp_.g = cost.g;
       SolveOnce(answer);
+      Evaluate(set, answer.u);
     }
   }
   if (mode != SvfiMode::kPreviousVelocity) {  // that mode is as published: it may under-estimate
     Shorten(set, answer);
   }
-  Count(set, answer.u, answer.stats);
+  for (int k = 0; k < set.chance.size(); ++k) {
+    CountRow(set.chance[k], excess_[k], answer.stats);
+  }
   return answer;
 }
 

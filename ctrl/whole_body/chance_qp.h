@@ -46,6 +46,9 @@ class ChanceQp {
     Controls u = Controls::Zero();  ///< keeps all hard rows; 0 when nothing else does
     ChanceQpStats stats;
   };
+  /// Counts anew how many rows of `set` hold, for a u that is sent in place of the answer's.
+  static void Count(const ConstraintSet& set, const Controls& u, ChanceQpStats& stats);
+
   /// `u0`: where the first tangents are taken, and where kPreviousVelocity freezes σ_f.
   Answer Solve(const QuadraticCost& cost, const ConstraintSet& set, SvfiMode mode,
                const Controls& u0);
@@ -53,15 +56,19 @@ class ChanceQp {
  private:
   void Pose(const QuadraticCost& cost, const ConstraintSet& set, SvfiMode mode, const Controls& u0);
   const Vec<kMaxRows>& SolveOnce(Answer& answer);  ///< multipliers of the rows
+  void Evaluate(const ConstraintSet& set, const Controls& u);
   bool Meets(const ConstraintSet& set, const Controls& u) const;
   void PoseAbout(const QuadraticCost& cost, const ConstraintSet& set, const Controls& u,
                  const Vec<kMaxRows>& lambda);
-  int FallBack(const ConstraintSet& set, const Controls& u);
+  int FallBack(const ConstraintSet& set);
+  void Shorten(const ConstraintSet& set, Answer& answer);
+  static void CountRow(const ChanceRow& row, double excess_mps, ChanceQpStats& stats);
   void SetRow(int i, const Row& row);
 
   int max_rounds_;
-  int cone_[kMaxRows] = {};  ///< the chance row that a row of the QP is a cut of
-  int first_chance_ = 0;     ///< row of the first chance row
+  int cone_[kMaxRows] = {};             ///< the chance row that a row of the QP is a cut of
+  int first_chance_ = 0;                ///< row of the first chance row
+  double excess_[kMaxChanceRows] = {};  ///< ChanceExcess of each chance row at the last answer
   QpProblem<kControls, kMaxRows> qp_;
   QpSolver<kControls, kMaxRows> solver_;
 };

@@ -165,4 +165,13 @@ ControlOutput WholeBodyController::Step(const ControlInput& input, Time now) {
   return output;
 }
 
+void WholeBodyController::Sent(const Controls& u, ControlStats& stats) {
+  if (u != u_sent_) {
+    u_sent_ = u;
+    if (stats.qp.rounds > 0) {
+      ChanceQp::Count(constraints_, u, stats.qp);
+    }
+  }
+}
+
 }  // namespace pipewright

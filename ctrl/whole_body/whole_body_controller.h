@@ -58,6 +58,10 @@ class WholeBodyController {
   /// Call once a period. The answer's u keeps the box and every hard row of constraints().
   ControlOutput Step(const ControlInput& input, Time now);
 
+  /// The envelope sends u in place of the last step's answer: the next step's accelerations count
+  /// from it, and the chance rows that hold are counted for it in `stats`.
+  void Sent(const Controls& u, ControlStats& stats);
+
   /// The rows of the last step, for inspection.
   const ConstraintSet& constraints() const { return constraints_; }
 

@@ -155,6 +155,14 @@ CLI::Validator InRange(double lo, double hi) {
   return CLI::Validator(check, fmt::format("in [{} - {}]", lo, hi));
 }
 
+std::map<std::string, SvfiMode> SvfiModesByName() {
+  std::map<std::string, SvfiMode> modes;
+  for (const SvfiMode mode : kSvfiModes) {
+    modes[Name(mode)] = mode;
+  }
+  return modes;
+}
+
 }  // namespace
 
 void AddInspect(CLI::App& app, int* exit_code) {
@@ -176,16 +184,15 @@ void AddInspect(CLI::App& app, int* exit_code) {
           {"cfnbv", PlannerKind::kCfnbv}, {"cfnbv_paper", PlannerKind::kCfnbvPaper}}))
       ->default_str("cfnbv");
   command->add_option("--svfi", options->svfi, "how chance constraints see the velocity to be sent")
-      ->transform(CLI::CheckedTransformer(
-          std::map<std::string, SvfiMode>{{"exact", SvfiMode::kExact},
-                                          {"previous_velocity", SvfiMode::kPreviousVelocity},
-                                          {"worst_case", SvfiMode::kWorstCase}}))
-      ->default_str("exact");
+      ->transform(CLI::CheckedTransformer(SvfiModesByName()))
+      ->default_str(Name(options->svfi));
   command
       ->add_option("--alpha", options->alpha,
                    "probability that each uncertain constraint holds, in [0.5, 1)")
       ->check(InRange(0.5, 0.999999))
       ->capture_default_str();
+  command->add_flag("--joint-risk", options->joint_risk,
+                    "--alpha is of all constraints of a cycle together, not of each");
   command
       ->add_option("--rate", options->rate_hz,
                    "of the control task, Hz: a whole number of ms, at most 125 on one bus for all")

@@ -45,6 +45,7 @@ RobotProgramConfig ProgramConfig(const Scenario& scenario, const InspectionOptio
   control.arm.cycle_ms = ArmCycle_ms(options.rate_hz, ParseBus(options.bus, &error).shared);
   control.law.constraints.svfi = options.svfi;
   control.law.constraints.alpha = options.alpha;
+  control.law.constraints.joint_risk = options.joint_risk;
   if (options.planner == PlannerKind::kCfnbv) {
     control.law.reached = 0.02;  // a view's worth does not hang on the last centimetre
   }
@@ -58,18 +59,6 @@ RobotProgramConfig ProgramConfig(const Scenario& scenario, const InspectionOptio
   config.mission.seed = options.seed;
   config.mission.mission_timeout = FromSeconds(options.time_limit_s);
   return config;
-}
-
-const char* Name(SvfiMode mode) {
-  switch (mode) {
-    case SvfiMode::kExact:
-      return "exact";
-    case SvfiMode::kPreviousVelocity:
-      return "previous_velocity";
-    case SvfiMode::kWorstCase:
-      return "worst_case";
-  }
-  return "?";
 }
 
 const char* Name(PlannerKind planner) {

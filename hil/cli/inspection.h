@@ -16,6 +16,7 @@ struct InspectionOptions {
   PlannerKind planner = PlannerKind::kCfnbv;
   SvfiMode svfi = SvfiMode::kExact;
   double alpha = 0.7;
+  bool joint_risk = false;  ///< alpha is of all constraints of a cycle together
   double rate_hz = 100;
   bool realtime = false;
   std::string bus = "loopback";  ///< see BusChoice
@@ -29,7 +30,6 @@ struct InspectionOptions {
 /// The robot's program for one run: a function of the scenario and the options, nothing else.
 RobotProgramConfig ProgramConfig(const Scenario& scenario, const InspectionOptions& options);
 
-const char* Name(SvfiMode mode);
 const char* Name(PlannerKind planner);
 
 }  // namespace pipewright::hil

@@ -100,6 +100,7 @@ Json RunJson(const InspectionOptions& options, const std::string& scenario,
                             {"self", Finite(truth.min_self_m())}};
   run["svfi"] = {{"mode", Name(options.svfi)},
                  {"alpha", options.alpha},
+                 {"joint_risk", options.joint_risk},
                  {"checked", figures.svfi_checked},
                  {"held", figures.svfi_held},
                  {"ratio", Share(figures.svfi_held, figures.svfi_checked)},

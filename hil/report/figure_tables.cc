@@ -52,6 +52,7 @@ constexpr Known kKnown[] = {
     {"min_clearance_m.self", "m", "between parts of the robot (truth)"},
     {"svfi.mode", "", "velocity at which deviations are taken"},
     {"svfi.alpha", "", "probability with which each constraint is to hold"},
+    {"svfi.joint_risk", "", "that of all constraints of a cycle together"},
     {"svfi.checked", "", "chance constraints checked against what was sent"},
     {"svfi.held", "", "of these, met"},
     {"svfi.ratio", "%", "met of checked"},

@@ -90,9 +90,24 @@ BasePose WheelOdometry::Extrapolate(Time when) const {
   return pose;
 }
 
+Mat<3, 3> WheelOdometry::CovarianceSince(const BasePose& then) const {
+  Mat<3, 3> F = Mat<3, 3>::Identity();
+  F(0, 2) = -(pose_.y_m - then.y_m);
+  F(1, 2) = pose_.x_m - then.x_m;
+  // then.covariance has R in it, too.
+  Mat<3, 3> of_then = -then.covariance;
+  of_then.diagonal() += 2 * RoundingVariance();
+  return pose_.covariance + F.lazyProduct(of_then).lazyProduct(F.transpose());
+}
+
+/// Of (x, y, phi), from the rounding of the two wheel distances: it does not grow.
+Vector3d WheelOdometry::RoundingVariance() const {
+  const double of_wheel = config_.quantum_m * config_.quantum_m / 12;
+  return {of_wheel, of_wheel, 2 * of_wheel / (config_.track_m * config_.track_m)};
+}
+
 /// Moves the pose by the wheels' steps. Covariance: P <- F P F' + V diag(slip variances) V', F and
-/// V the motion's derivatives by pose and by (forward, turn); what is reported adds the rounding of
-/// the two wheel distances, which does not grow.
+/// V the motion's derivatives by pose and by (forward, turn); what is reported adds the rounding.
 void WheelOdometry::Advance(double left_m, double right_m) {
   const Twist2 d{(left_m + right_m) / 2, (right_m - left_m) / config_.track_m};
   const double heading = pose_.phi_rad + d.turn_rad / 2;
@@ -115,10 +130,8 @@ void WheelOdometry::Advance(double left_m, double right_m) {
                      by_forward * by_forward.transpose() * forward_var +
                      by_turn * by_turn.transpose() * turn_var;
 
-  const double rounding_var = squared(config_.quantum_m) / 12;
   pose_.covariance = slip_covariance_;
-  pose_.covariance.diagonal() +=
-      Vector3d(rounding_var, rounding_var, 2 * rounding_var / squared(config_.track_m));
+  pose_.covariance.diagonal() += RoundingVariance();
 }
 
 }  // namespace pipewright

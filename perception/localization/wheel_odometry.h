@@ -60,11 +60,20 @@ class WheelOdometry {
   /// The pose at a moment shortly after the last report (at most max_gap), along its twist.
   BasePose Extrapolate(Time when) const;
 
+  /// Covariance of pose() in W when `then`, an earlier pose() since the last Reset, is taken for
+  /// exact: what matters for things that were placed in W by that pose, for what was wrong with it
+  /// moved them along with the robot. With S the slip's part of the covariance, R the rounding's,
+  ///
+  ///   S_now = F S_then F' + S_since,   F = ∂pose/∂then   (turns `then`'s heading about its place)
+  ///   covariance = S_since + R + F R F'
+  Mat<3, 3> CovarianceSince(const BasePose& then) const;
+
   std::uint64_t jumps() const { return jumps_; }
 
  private:
   void Remember(Time now, double v_mps, double w_radps, double left_m, double right_m);
   void Advance(double left_m, double right_m);
+  Vector3d RoundingVariance() const;
 
   WheelOdometryConfig config_;
   BasePose pose_;

@@ -29,10 +29,8 @@ bool PlaneReaches(const PlaneEstimate& plane, const Vector3d& p_W, const Collisi
 
 double PipeAxisDistance(const PipeEstimate& pipe, const Vector3d& p_W, const CollisionConfig& c) {
   const double foot_m = pipe.l_W.dot(p_W - pipe.p_W);
-  const double border_m = c.pipe_border_m + c.slack_m;
-  const bool beside =
-      pipe.extent_lo_m - border_m <= foot_m && foot_m <= pipe.extent_hi_m + border_m;
-  const double s_m = beside ? foot_m : std::clamp(foot_m, pipe.extent_lo_m, pipe.extent_hi_m);
+  const double s_m =
+      std::clamp(foot_m, pipe.extent_lo_m - c.pipe_border_m, pipe.extent_hi_m + c.pipe_border_m);
   return std::sqrt((p_W - pipe.p_W - s_m * pipe.l_W).squaredNorm());
 }
 

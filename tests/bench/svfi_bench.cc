@@ -6,7 +6,10 @@
 
 #include <CLI/CLI.hpp>
 #include <cstdio>
+#include <iterator>
 #include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
 
 #include "tests/bench/svfi_share.h"
 
@@ -16,14 +19,31 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr double kAlphas[] = {0.7, 0.9, 0.95, 0.99, 0.999};
-constexpr Primitive kPrimitives[] = {Primitive::kPlane, Primitive::kPipe, Primitive::kPipeEnd};
-constexpr SvfiMode kModes[] = {SvfiMode::kExact, SvfiMode::kPreviousVelocity, SvfiMode::kWorstCase};
+
+/// What is uncertain. (A cell without its probability and mode.)
+struct Variant {
+  const char* name;
+  Cell cell;
+};
+constexpr Variant kVariants[] = {
+    {"plane", {.primitive = Primitive::kPlane}},
+    {"pipe", {.primitive = Primitive::kPipe}},
+    {"pipe end", {.primitive = Primitive::kPipeEnd}},
+    {"voxel", {.primitive = Primitive::kVoxel}},
+    {"plane+q", {.primitive = Primitive::kPlane, .unsure = true}},
+    {"pipe+q", {.primitive = Primitive::kPipe, .unsure = true}},
+    {"voxel+q", {.primitive = Primitive::kVoxel, .unsure = true}},
+    {"joint", {.primitive = Primitive::kPlane, .joint = true}},
+};
+constexpr int kModes = static_cast<int>(std::size(kSvfiModes));
+constexpr int kCellsPerVariant = static_cast<int>(std::size(kAlphas)) * kModes;
 
 struct Options {
   int draws = 100000;
   int estimates = 100000;
   int episodes = 60;
   std::uint64_t seed = 1;
+  std::string only;  ///< a variant's name; empty: all
   bool json = false;
 };
 
@@ -35,30 +55,6 @@ struct Figures {
   TruthShares worst;  ///< of the one cycle with the least margin
   Share lived;
 };
-
-const char* Name(Primitive primitive) {
-  switch (primitive) {
-    case Primitive::kPlane:
-      return "plane";
-    case Primitive::kPipe:
-      return "pipe";
-    case Primitive::kPipeEnd:
-      return "pipe end";
-  }
-  return "";
-}
-
-const char* Name(SvfiMode mode) {
-  switch (mode) {
-    case SvfiMode::kExact:
-      return "exact";
-    case SvfiMode::kPreviousVelocity:
-      return "previous_velocity";
-    case SvfiMode::kWorstCase:
-      return "worst_case";
-  }
-  return "";
-}
 
 /// holds: the lower bound is alpha or more. agrees: alpha is within the bounds. FAILS: it is not.
 const char* Verdict(const Share& share, double alpha) {
@@ -106,8 +102,10 @@ Json ToJson(const Leaned& leaned, const TruthShares& shares, double alpha) {
           {"slack_mean_mps", Mean(leaned.slack_sum_mps, 0, leaned.cycles)}};
 }
 
-Json ToJson(const Cell& cell, const Figures& f) {
-  return {{"primitive", Name(cell.primitive)},
+Json ToJson(const char* name, const Cell& cell, const Figures& f) {
+  return {{"primitive", name},
+          {"q_uncertain", cell.unsure},
+          {"joint_risk", cell.joint},
           {"alpha", cell.alpha},
           {"mode", Name(cell.mode)},
           {"rising", ToJson(f.loop.rising, f.rising, cell.alpha)},
@@ -132,6 +130,9 @@ void PrintHead(const Options& options) {
       "others;\n"
       "  worst: the one cycle with the least margin\n"
       "lived: the truth is fixed and the estimate drawn, from which u is chosen; both bounds\n"
+      "+q: the robot's q is drawn, too (3 mm, 3 mrad, 1 mrad a joint); joint: alpha is of all "
+      "rows\n"
+      "  of a cycle together, and so are the shares\n"
       "margin: mean of (b - a'u)/sigma_f - z; slack: mean of b - a'u - z sigma_f in mm/s\n"
       "deep: by how much the true surface came nearer than d_safe at worst, in mm; kept: loops in\n"
       "  which it never did; clamped: cycles in which standing still already had less than "
@@ -143,7 +144,7 @@ void PrintHead(const Options& options) {
       "lived", "bounds", "margin", "slack", "deep", "kept", "clamped");
 }
 
-void Print(const Cell& cell, const Figures& f) {
+void Print(const char* name, const Cell& cell, const Figures& f) {
   const Leaned& up = f.loop.rising;
   const Leaned& rest = f.loop.rest;
   const long cycles = up.cycles + rest.cycles;
@@ -155,10 +156,9 @@ void Print(const Cell& cell, const Figures& f) {
   fmt::print(
       "{:<8} {:>5} {:<17} | {} | {:>7.4f} {:<6} | {} | {:>7.4f} {:.4f} - {:.4f} | {:>6.3f} "
       "{:>6.2f} | {:>5.1f} {:>4.0f}% {:>7}\n",
-      Name(cell.primitive), cell.alpha, Name(cell.mode), truth(up, f.rising),
-      f.worst.first_order.value(), Verdict(f.worst.first_order, cell.alpha), truth(rest, f.rest),
-      f.lived.value(), f.lived.lower(), f.lived.upper(),
-      Mean(up.margin_sum, rest.margin_sum, cycles),
+      name, cell.alpha, Name(cell.mode), truth(up, f.rising), f.worst.first_order.value(),
+      Verdict(f.worst.first_order, cell.alpha), truth(rest, f.rest), f.lived.value(),
+      f.lived.lower(), f.lived.upper(), Mean(up.margin_sum, rest.margin_sum, cycles),
       1000 * Mean(up.slack_sum_mps, rest.slack_sum_mps, cycles), f.loop.penetration_mm,
       100.0 * f.loop.episodes_kept / f.loop.episodes, f.loop.clamped);
   std::fflush(stdout);
@@ -175,22 +175,25 @@ int Run(const Options& options) {
     PrintHead(options);
   }
   int failed = 0;
-  int done = 0;
-  for (const Primitive primitive : kPrimitives) {
-    for (const double alpha : kAlphas) {
-      for (const SvfiMode mode : kModes) {
-        const Cell cell{primitive, alpha, mode};
-        if (options.json) {  // the table grows by itself
-          fmt::print(stderr, "{}/45 {} {} {}\n", ++done, Name(primitive), alpha, Name(mode));
-        }
-        const Figures figures = Measure(cell, options);
-        for (const TruthShares* shares : {&figures.rising, &figures.rest}) {
-          failed += mode == SvfiMode::kExact && shares->first_order.upper() < alpha ? 1 : 0;
-        }
-        out["cells"].push_back(ToJson(cell, figures));
-        if (!options.json) {
-          Print(cell, figures);
-        }
+  for (const Variant& variant : kVariants) {
+    if (!options.only.empty() && options.only != variant.name) {
+      continue;
+    }
+    for (int i = 0; i < kCellsPerVariant; ++i) {
+      Cell cell = variant.cell;
+      cell.alpha = kAlphas[i / kModes];
+      cell.mode = kSvfiModes[i % kModes];
+      if (options.json) {  // the table grows by itself
+        fmt::print(stderr, "{} {}/{} {} {}\n", variant.name, i + 1, kCellsPerVariant, cell.alpha,
+                   Name(cell.mode));
+      }
+      const Figures figures = Measure(cell, options);
+      for (const TruthShares* shares : {&figures.rising, &figures.rest}) {
+        failed += cell.mode == SvfiMode::kExact && shares->first_order.upper() < cell.alpha ? 1 : 0;
+      }
+      out["cells"].push_back(ToJson(variant.name, cell, figures));
+      if (!options.json) {
+        Print(variant.name, cell, figures);
       }
     }
   }
@@ -217,6 +220,11 @@ int main(int argc, char** argv) {
       ->check(CLI::Range(1, 100000))
       ->capture_default_str();
   app.add_option("--seed", options.seed, "of everything that is drawn")->capture_default_str();
+  std::vector<std::string> names;
+  for (const auto& variant : pipewright::bench::kVariants) {
+    names.emplace_back(variant.name);
+  }
+  app.add_option("--only", options.only, "one primitive")->check(CLI::IsMember(names));
   app.add_flag("--json", options.json, "one JSON object on stdout");
   try {
     app.parse(argc, argv);

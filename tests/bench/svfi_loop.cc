@@ -15,20 +15,30 @@ constexpr int kCyclesPerGoal = 100;
 constexpr double kLeaned_mps = 1e-5;
 constexpr double kNearVertical = ConstraintConfig{}.near_vertical_nz;
 
-int BasePoint() { return TracerUf7Shapes().spheres.size() + TracerUf7Shapes().discs.size(); }
-
-double SafeOf(Primitive primitive, int point) {
-  const ConstraintConfig c;
-  if (point == BasePoint()) {
-    return c.d_safe_base_plane_m;
-  }
-  const double table = primitive == Primitive::kPlane ? c.d_safe_plane_m : c.d_safe_pipe_m;
-  return std::max(table, TracerUf7Shapes().spheres[point].r_m + c.margin_m);
-}
-
 /// Whether the base's centre has a row, which a plane's slope decides.
 bool BaseCounts(const Surface& estimate) {
   return estimate.kind == Primitive::kPlane && std::abs(estimate.axis.z()) < kNearVertical;
+}
+
+double DistanceTo(const Surface& surface, const Vector3d& t, double inflation_m) {
+  const Scene scene = surface.ToScene();
+  switch (surface.kind) {
+    case Primitive::kPlane:
+      return PointToPlane(t, scene.planes[0]).d_m;
+    case Primitive::kPipe:
+    case Primitive::kPipeEnd:
+      return PointToPipeAxis(t, scene.pipes[0], inflation_m).to_axis.d_m - surface.radius_m;
+    case Primitive::kVoxel:
+      return ((t - surface.p).head<2>().cwiseAbs().array() - surface.half_m).max(0).matrix().norm();
+  }
+  return 0;
+}
+
+/// Whether a robot point has a row before a surface.
+bool Counts(const Surface& estimate, int point) {
+  const int spheres = TracerUf7Shapes().spheres.size();
+  return point < spheres || (estimate.kind == Primitive::kVoxel && point < BasePoint()) ||
+         (point == BasePoint() && BaseCounts(estimate));
 }
 
 /// The robot point with least to spare before a surface, and how much that is.
@@ -36,21 +46,15 @@ struct Nearest {
   int point = 0;
   double spare_m = 1e9;
 };
-Nearest NearestPoint(const Configuration& q, const Surface& surface, bool with_base,
+Nearest NearestPoint(const Configuration& q, const Surface& surface, const Surface& estimate,
                      double inflation_m) {
-  const Scene scene = surface.ToScene();
   Nearest nearest;
   for (int i = 0; i <= BasePoint(); ++i) {
-    const bool counts = i == BasePoint() ? with_base : i < TracerUf7Shapes().spheres.size();
-    if (!counts) {
+    if (!Counts(estimate, i)) {
       continue;
     }
-    const Vector3d t = PointAt(q, i);
-    const double d =
-        surface.kind == Primitive::kPlane
-            ? PointToPlane(t, scene.planes[0]).d_m
-            : PointToPipeAxis(t, scene.pipes[0], inflation_m).to_axis.d_m - surface.radius_m;
-    const double spare_m = d - SafeOf(surface.kind, i);
+    const double spare_m =
+        DistanceTo(surface, PointAt(q, i), inflation_m) - SafeOf(surface.kind, i);
     if (spare_m < nearest.spare_m) {
       nearest = {i, spare_m};
     }
@@ -60,11 +64,19 @@ Nearest NearestPoint(const Configuration& q, const Surface& surface, bool with_b
 
 double StandingSigma(const Surface& surface, const Vector3d& t) {
   const Scene scene = surface.ToScene();
-  const VelocityCone cone =
-      surface.kind == Primitive::kPlane
-          ? PlaneCone(scene.planes[0], t, kEta_1ps)
-          : PipeCone(scene.pipes[0], PointToPipeAxis(t, scene.pipes[0], kInflation_m), kEta_1ps);
-  return cone.Sigma(Vector3d::Zero()) / kEta_1ps;
+  const double eta = EtaOf(surface.kind);
+  switch (surface.kind) {
+    case Primitive::kPlane:
+      return PlaneCone(scene.planes[0], t, eta).Sigma(Vector3d::Zero()) / eta;
+    case Primitive::kPipe:
+    case Primitive::kPipeEnd:
+      return PipeCone(scene.pipes[0], PointToPipeAxis(t, scene.pipes[0], kInflation_m), eta)
+                 .Sigma(Vector3d::Zero()) /
+             eta;
+    case Primitive::kVoxel:
+      return surface.sigma_m;
+  }
+  return 0;
 }
 
 Vector3d Across(Rng& rng, const Vector3d& axis) {
@@ -72,9 +84,21 @@ Vector3d Across(Rng& rng, const Vector3d& axis) {
   return (v - axis * axis.dot(v)).normalized();
 }
 
+/// A post of 1 to 4 voxels ahead of where the robot is put.
+Surface PlacePost(Rng& rng, const Vector3d& ahead, Configuration& q) {
+  Surface s;
+  s.kind = Primitive::kVoxel;
+  s.half_m = kVoxel_m / 2 * (1 + rng.Index(kPosts));
+  s.p = {kPostAt_m + s.half_m, s.half_m, 0};
+  s.sigma_m = ConstraintConfig{}.voxel_noise_m;
+  const Kinematics<kArmJoints> k(TracerUf7(), q);
+  q.head<2>() += (s.p - k.p_WS() - 0.4 * ahead).head<2>();
+  return s;
+}
+
 /// A surface across `ahead`, so near that the robot's nearest point has little to spare beyond
-/// what alpha asks of it standing still.
-Surface Place(Rng& rng, const Cell& cell, const Configuration& q, const Vector3d& ahead) {
+/// what alpha asks of it standing still. For a post it is the robot that is moved.
+Surface PlaceSurface(Rng& rng, const Cell& cell, const Vector3d& ahead, Configuration& q) {
   Surface s;
   s.kind = cell.primitive;
   s.sigma_m = rng.Uniform(0.002, 0.01);
@@ -93,16 +117,26 @@ Surface Place(Rng& rng, const Cell& cell, const Configuration& q, const Vector3d
       s.half_m = 0.3;
       s.radius_m = rng.Uniform(0.1, 0.15);  // so wide that the end is met before the side
       break;
+    case Primitive::kVoxel:
+      s = PlacePost(rng, ahead, q);
+      break;
   }
-  const Kinematics<kArmJoints> k(TracerUf7(), q);
-  const double off_m = cell.primitive == Primitive::kPipeEnd ? 0.0 : rng.Uniform(0, 0.5);
-  s.p = k.p_WS() + ahead + off_m * side;
+  const bool post = cell.primitive == Primitive::kVoxel;
+  if (!post) {
+    const Kinematics<kArmJoints> k(TracerUf7(), q);
+    const double off_m = cell.primitive == Primitive::kPipeEnd ? 0.0 : rng.Uniform(0, 0.5);
+    s.p = k.p_WS() + ahead + off_m * side;
+  }
   const double z = *ChanceQuantile(cell.alpha);
   const double more_m = rng.Uniform(0.005, 0.06);
   for (int i = 0; i < 8; ++i) {  // which point is nearest changes on the way
-    const Nearest nearest = NearestPoint(q, s, BaseCounts(s), kInflation_m);
+    const Nearest nearest = NearestPoint(q, s, s, kInflation_m);
     const double gap_m = z * StandingSigma(s, PointAt(q, nearest.point)) + more_m;
-    s.p += (gap_m - nearest.spare_m) * ahead;
+    if (post) {
+      q.head<2>() -= (gap_m - nearest.spare_m) * ahead.head<2>();
+    } else {
+      s.p += (gap_m - nearest.spare_m) * ahead;
+    }
   }
   return s;
 }
@@ -145,47 +179,13 @@ void Count(const ChanceRow& row, double z, const Controls& u, Leaned& leaned) {
 
 }  // namespace
 
-Scene Surface::ToScene() const {
-  Scene scene;
-  if (kind == Primitive::kPlane) {
-    (void)scene.planes.push_back(test::MakePlane(1, p, axis, half_m, sigma_rad, sigma_m));
-  } else {
-    (void)scene.pipes.push_back(test::MakePipe(1, p, axis, radius_m, half_m, sigma_m, sigma_rad));
-  }
-  return scene;
-}
-
-Surface Surface::Draw(Rng& rng) const {
-  const Vector3d a = axis.unitOrthogonal();
-  const Vector3d b = axis.cross(a);
-  Surface drawn = *this;
-  const Vector3d tilt = sigma_rad * (rng.Normal() * a + rng.Normal() * b);
-  const double angle = tilt.norm();
-  drawn.axis = angle > 0 ? Vector3d(std::cos(angle) * axis + std::sin(angle) / angle * tilt) : axis;
-  if (kind == Primitive::kPlane) {
-    drawn.p += sigma_m * rng.Normal() * drawn.axis;
-  } else {
-    drawn.p += sigma_m * (rng.Normal() * a + rng.Normal() * b);
-    drawn.radius_m += sigma_m / 2 * rng.Normal();
-  }
-  return drawn;
-}
-
 WholeBodyConfig ConfigOf(const Cell& cell) {
   WholeBodyConfig config;
   config.constraints.alpha = cell.alpha;
   config.constraints.svfi = cell.mode;
+  config.constraints.joint_risk = cell.joint;
   config.constraints.price[static_cast<int>(RowKind::kPipe)] = 0;  // a soft row promises nothing
   return config;
-}
-
-Vector3d PointAt(const Configuration& q, int point) {
-  const Kinematics<kArmJoints> k(TracerUf7(), q);
-  if (point == BasePoint()) {
-    return k.Point(0, {0, 0, 0.1});
-  }
-  const BodySphere& sphere = TracerUf7Shapes().spheres[point];
-  return k.Point(sphere.body, sphere.p_L);
 }
 
 namespace {
@@ -199,6 +199,36 @@ struct Loop {
   Time now{};
 };
 
+int PointOf(const ChanceRow& row) { return (row.key >> 16) & 0x3FF; }
+
+/// Whether the row is of what the cell is about: a pipe's side or end, the voxel that is nearest
+/// now (not where the point is heading).
+bool IsOfItsPrimitive(const Cell& cell, const Loop& loop, const ChanceRow& row) {
+  if (cell.primitive == Primitive::kVoxel) {
+    return (row.key & 0xFFFF) == 0;
+  }
+  if (cell.primitive == Primitive::kPlane) {
+    return true;
+  }
+  const Vector3d t = PointAt(loop.state.q, PointOf(row));
+  const bool at_end = PointToPipeAxis(t, loop.estimate.ToScene().pipes[0], kInflation_m).at_end;
+  return at_end == (cell.primitive == Primitive::kPipeEnd);
+}
+
+/// Of one row, or of all that share the risk.
+std::vector<int> PointsOf(const Cell& cell, const ConstraintSet& set, const ChanceRow& leaned_on) {
+  if (!cell.joint) {
+    return {PointOf(leaned_on)};
+  }
+  std::vector<int> points;
+  for (const ChanceRow& row : set.chance) {
+    if (std::find(points.begin(), points.end(), PointOf(row)) == points.end()) {
+      points.push_back(PointOf(row));
+    }
+  }
+  return points;
+}
+
 /// Sorts a cycle into the result: `before` is the controller as the cycle began, `set` what it
 /// made of it.
 void Record(const Cell& cell, const Loop& loop, std::unique_ptr<WholeBodyController> before,
@@ -207,11 +237,7 @@ void Record(const Cell& cell, const Loop& loop, std::unique_ptr<WholeBodyControl
   if (row == nullptr) {
     return;
   }
-  const int point = (row->key >> 16) & 0x3FF;
-  const Vector3d t = PointAt(loop.state.q, point);
-  const bool at_end = cell.primitive != Primitive::kPlane &&
-                      PointToPipeAxis(t, loop.estimate.ToScene().pipes[0], kInflation_m).at_end;
-  if (at_end != (cell.primitive == Primitive::kPipeEnd)) {
+  if (!IsOfItsPrimitive(cell, loop, *row)) {
     return;
   }
   if (row->b < set.z * std::sqrt(std::max(row->cone.c, 0.0))) {
@@ -228,10 +254,9 @@ void Record(const Cell& cell, const Loop& loop, std::unique_ptr<WholeBodyControl
                     loop.goal,
                     loop.estimate,
                     loop.now,
-                    point,
-                    t,
-                    row->J * u,
-                    SafeOf(cell.primitive, point),
+                    cell.unsure,
+                    PointsOf(cell, set, *row),
+                    u,
                     row->b - row->limit};
   };
   if (leaned.margin_min < least) {
@@ -248,7 +273,6 @@ void Record(const Cell& cell, const Loop& loop, std::unique_ptr<WholeBodyControl
 }  // namespace
 
 LoopResult RunLoops(const Cell& cell, int episodes, int keep, std::uint64_t seed) {
-  static const test::VoxelWorld world;
   LoopResult result;
   Rng pick(seed, 1);
   for (int episode = 0; episode < episodes; ++episode) {
@@ -262,11 +286,16 @@ LoopResult RunLoops(const Cell& cell, int episodes, int keep, std::uint64_t seed
     for (int j = 3; j < kDof; ++j) {
       state.q(j) += rng.Uniform(-0.3, 0.3);
     }
-    const Kinematics<kArmJoints> start(TracerUf7(), state.q);
-    const Vector3d ahead = (Vector3d::UnitX() + 0.8 * test::RandomDirection(rng)).normalized();
-    loop.estimate = Place(rng, cell, state.q, ahead);
+    Vector3d ahead = Vector3d::UnitX() + 0.8 * test::RandomDirection(rng);
+    ahead.z() *= cell.primitive == Primitive::kVoxel ? 0 : 1;  // posts are as high as the map
+    ahead.normalize();
+    loop.estimate = PlaceSurface(rng, cell, ahead, state.q);
     loop.truth = loop.estimate.Draw(rng);
+    const Kinematics<kArmJoints> start(TracerUf7(), state.q);
     const Scene scene = loop.estimate.ToScene();
+    const StateCovariance* covariance_q = cell.unsure ? &UnsureState() : nullptr;
+    const Configuration off =
+        cell.unsure ? DrawState(Configuration::Zero(), rng) : Configuration(Configuration::Zero());
     double least_m = 0;
     for (int cycle = 0; cycle < kGoals * kCyclesPerGoal; ++cycle) {
       if (cycle % kCyclesPerGoal == 0) {  // from standing or sliding: u must change
@@ -276,15 +305,16 @@ LoopResult RunLoops(const Cell& cell, int episodes, int keep, std::uint64_t seed
         loop.goal.z_WS = start.z_WS();
       }
       auto before = std::make_unique<WholeBodyController>(*controller);
-      const Controls u = controller->Step({state, scene, world.field(), loop.goal}, loop.now).u;
+      const ControlInput input{state, scene, loop.estimate.Field(), loop.goal, covariance_q};
+      const Controls u = controller->Step(input, loop.now).u;
       Record(cell, loop, std::move(before), controller->constraints(), u, keep, pick, result);
       state.q = Advance(state.q, u, ToSeconds(kPeriod));
       state.u = u;
       loop.now += kPeriod;
       state.stamp = loop.now;
       // What was not seen of a true pipe is not there: no inflation.
-      least_m = std::min(least_m,
-                         NearestPoint(state.q, loop.truth, BaseCounts(loop.estimate), 0).spare_m);
+      least_m =
+          std::min(least_m, NearestPoint(state.q + off, loop.truth, loop.estimate, 0).spare_m);
     }
     ++result.episodes;
     result.episodes_kept += least_m >= 0 ? 1 : 0;

@@ -6,34 +6,17 @@
 #include <vector>
 
 #include "ctrl/whole_body/whole_body_controller.h"
-#include "platform/core/rng.h"
+#include "tests/bench/svfi_surface.h"
 
 namespace pipewright::bench {
-
-enum class Primitive : std::uint8_t { kPlane, kPipe, kPipeEnd };
 
 /// What is measured in one go: a primitive, a probability, a way to meet it.
 struct Cell {
   Primitive primitive = Primitive::kPlane;
+  bool unsure = false;  ///< q is uncertain, too: UnsureState
+  bool joint = false;   ///< alpha is of all rows of the cycle together
   double alpha = 0.7;
   SvfiMode mode = SvfiMode::kExact;
-};
-
-/// A primitive by what it is drawn from: a plane through p with normal `axis`, or a pipe about the
-/// axis through p. sigma_m is of the offset across (a pipe's radius: half), sigma_rad of the tilt
-/// about p.
-struct Surface {
-  Primitive kind = Primitive::kPlane;
-  Vector3d p = Vector3d::Zero();
-  Vector3d axis = Vector3d::UnitZ();
-  double radius_m = 0;
-  double half_m = 5;
-  double sigma_m = 0;
-  double sigma_rad = 0;
-
-  Scene ToScene() const;
-  /// Another one, drawn from the normal about this one on the manifold: |axis| = 1.
-  Surface Draw(Rng& rng) const;
 };
 
 /// A cycle in which a chance row was leaned on for the u that was sent.
@@ -44,11 +27,10 @@ struct Instance {
   Surface estimate;
   Time now{};
 
-  int point = 0;          ///< of the robot: index of its sphere, or one past all points: the base
-  Vector3d t;             ///< it, in W
-  Vector3d v;             ///< J_t u
-  double safe_m = 0;      ///< distance that the true surface must keep from t
-  double buffer_mps = 0;  ///< what the row keeps beyond the VFI: b - limit
+  bool unsure = false;
+  std::vector<int> points;  ///< of the robot: its spheres, its discs, one past them the base
+  Controls u;               ///< that was sent
+  double buffer_mps = 0;    ///< what the row keeps beyond the VFI: b - limit
 };
 
 /// Means and extremes over all leaned-on cycles of one kind.
@@ -71,14 +53,7 @@ struct LoopResult {
   double penetration_mm = 0;  ///< of d_safe by the robot's points, worst
 };
 
-inline constexpr double kInflation_m = ConstraintConfig{}.pipe_inflation_m;
-inline constexpr double kEta_1ps = ConstraintConfig{}.eta_1ps;
-
 WholeBodyConfig ConfigOf(const Cell& cell);
-
-/// p_WT of an Instance's point at configuration q.
-Vector3d PointAt(const Configuration& q, int point);
-
 /// Drives the real controller towards set points beyond a surface it is near to, with the
 /// estimate's covariance and a truth drawn from it, and keeps `keep` cycles of each kind.
 LoopResult RunLoops(const Cell& cell, int episodes, int keep, std::uint64_t seed);

@@ -2,42 +2,61 @@
 #include "tests/bench/svfi_share.h"
 
 #include <Eigen/Eigenvalues>
+#include <algorithm>
 #include <cmath>
-
-#include "tests/ctrl/constraints/random_world.h"
+#include <vector>
 
 namespace pipewright::bench {
 namespace {
 
-/// A surface's parameters: (n, d) or (p, l, r).
-using Parameters = Eigen::VectorXd;
+/// What is uncertain: a surface's parameters, (n, d), (p, l, r) or a post's place, and what is
+/// wrong with q.
+struct Parameters {
+  Eigen::VectorXd theta;
+  Configuration dq = Configuration::Zero();
+};
 
-/// The VFI of a robot point, f = ∇d'v + η (d − d_safe), without any of the controller's code.
+/// The VFI of a robot point, f = ∇d'v + η (d − d_safe), without the controller's distances or
+/// cones.
 struct Vfi {
-  Primitive kind = Primitive::kPlane;
-  Vector3d t;
-  Vector3d v;
-  double safe_m = 0;
-  double end_s_m = 0;  ///< of a pipe's end
+  const Instance* instance = nullptr;
+  int point = 0;
 
-  /// Planes: linear in θ as it stands, |n| = 1 or not. [CFNBV] (13)
-  double operator()(const Parameters& theta) const {
-    if (kind == Primitive::kPlane) {
+  /// `known_J`: an error of q moves the point, but not its velocity.
+  double operator()(const Parameters& p, bool known_J) const {
+    const Configuration q = instance->state.q + p.dq;
+    return At(p.theta, PointAt(q, point),
+              JacobianAt(known_J ? instance->state.q : q, point) * instance->u);
+  }
+  double At(const Eigen::VectorXd& theta, const Vector3d& t, const Vector3d& v) const {
+    const Surface& estimate = instance->estimate;
+    const double eta = EtaOf(estimate.kind);
+    const double safe_m = SafeOf(estimate.kind, point);
+    if (estimate.kind == Primitive::kPlane) {  // linear in θ, |n| = 1 or not: [CFNBV] (13)
       const Vector3d n = theta.head<3>();
-      return n.dot(v) + kEta_1ps * (n.dot(t) - theta(3) - safe_m);
+      return n.dot(v) + eta * (n.dot(t) - theta(3) - safe_m);
     }
+    if (estimate.kind == Primitive::kVoxel) {
+      const Eigen::Vector2d to = t.head<2>() - theta;
+      const Eigen::Vector2d box = to.cwiseMax(-estimate.half_m).cwiseMin(estimate.half_m);
+      const Eigen::Vector2d off = to - box;
+      return off.dot(v.head<2>()) / off.norm() + eta * (off.norm() - safe_m);
+    }
+    const double half_m = estimate.half_m + kInflation_m;
     const Vector3d p = theta.head<3>();
     const Vector3d l = theta.segment<3>(3).normalized();
-    const double s = kind == Primitive::kPipeEnd ? end_s_m : l.dot(t - p);
+    const double s = std::clamp(l.dot(t - p), -half_m, half_m);
     const Vector3d off = t - p - s * l;
-    return off.dot(v) / off.norm() + kEta_1ps * (off.norm() - theta(6) - safe_m);
+    return off.dot(v) / off.norm() + eta * (off.norm() - theta(6) - safe_m);
   }
 };
 
-Parameters ParametersOf(const Surface& s) {
-  Parameters theta(s.kind == Primitive::kPlane ? 4 : 7);
+Eigen::VectorXd ThetaOf(const Surface& s) {
+  Eigen::VectorXd theta(s.kind == Primitive::kPlane ? 4 : s.kind == Primitive::kVoxel ? 2 : 7);
   if (s.kind == Primitive::kPlane) {
     theta << s.axis, s.axis.dot(s.p);
+  } else if (s.kind == Primitive::kVoxel) {
+    theta << s.p.head<2>();
   } else {
     theta << s.p, s.axis, s.radius_m;
   }
@@ -45,6 +64,9 @@ Parameters ParametersOf(const Surface& s) {
 }
 
 Eigen::MatrixXd CovarianceOf(const Surface& s) {
+  if (s.kind == Primitive::kVoxel) {
+    return s.sigma_m * s.sigma_m * Eigen::Matrix2d::Identity();
+  }
   const Scene scene = s.ToScene();
   return s.kind == Primitive::kPlane ? Eigen::MatrixXd(scene.planes[0].covariance)
                                      : Eigen::MatrixXd(scene.pipes[0].covariance);
@@ -56,26 +78,39 @@ Eigen::MatrixXd Root(const Eigen::MatrixXd& sigma) {
   return eigen.eigenvectors() * eigen.eigenvalues().cwiseMax(0).cwiseSqrt().asDiagonal();
 }
 
-Parameters Slope(const Vfi& f, const Parameters& theta) {
-  constexpr double kStep = 1e-6;
-  Parameters slope(theta.size());
-  for (int k = 0; k < theta.size(); ++k) {
-    Parameters hi = theta;
-    Parameters lo = theta;
-    hi(k) += kStep;
-    lo(k) -= kStep;
-    slope(k) = (f(hi) - f(lo)) / (2 * kStep);
-  }
-  return slope;
-}
+/// f linear in the parameters: mean + spread'n, n normal. What q's joints do to the velocity is
+/// left out, as the rows leave it out; "full" has it.
+struct Linear {
+  double mean = 0;
+  Eigen::VectorXd spread;
+};
 
-Vfi VfiOf(const Instance& instance) {
-  Vfi f{instance.estimate.kind, instance.t, instance.v, instance.safe_m, 0};
-  if (f.kind == Primitive::kPipeEnd) {
-    f.end_s_m = std::copysign(instance.estimate.half_m,
-                              instance.estimate.axis.dot(instance.t - instance.estimate.p));
+Linear LinearOf(const Vfi& f) {
+  constexpr double kStep = 1e-6;
+  const Surface& estimate = f.instance->estimate;
+  const Parameters at{ThetaOf(estimate)};
+  const auto slope = [&](const auto& coordinate, bool known_J) {
+    Parameters hi = at;
+    Parameters lo = at;
+    coordinate(hi) += kStep;
+    coordinate(lo) -= kStep;
+    return (f(hi, known_J) - f(lo, known_J)) / (2 * kStep);
+  };
+  Eigen::VectorXd by_theta(at.theta.size());
+  for (int k = 0; k < by_theta.size(); ++k) {
+    by_theta(k) = slope([k](Parameters& p) -> double& { return p.theta(k); }, false);
   }
-  return f;
+  const Eigen::VectorXd theta_spread = Root(CovarianceOf(estimate)).transpose() * by_theta;
+  Linear linear{f(at, false), theta_spread};
+  if (f.instance->unsure) {
+    linear.spread.conservativeResize(theta_spread.size() + kDof);
+    for (int i = 0; i < kDof; ++i) {
+      const double variance = i < 3 ? UnsureState().base(i, i) : UnsureState().joint_rad2(i - 3);
+      linear.spread(theta_spread.size() + i) =
+          std::sqrt(variance) * slope([i](Parameters& p) -> double& { return p.dq(i); }, i >= 3);
+    }
+  }
+  return linear;
 }
 
 }  // namespace
@@ -96,19 +131,34 @@ TruthShares DrawTruths(std::span<const Instance> instances, int draws, Rng& rng)
   const int count = static_cast<int>(instances.size());
   for (int i = 0; i < count; ++i) {
     const Instance& instance = instances[static_cast<std::size_t>(i)];
-    const Vfi f = VfiOf(instance);
-    const Parameters theta = ParametersOf(instance.estimate);
-    const Parameters spread = Root(CovarianceOf(instance.estimate)).transpose() * Slope(f, theta);
-    const double mean = f(theta);
+    std::vector<Vfi> vfis;
+    std::vector<Linear> linears;
+    for (const int point : instance.points) {
+      vfis.push_back({&instance, point});
+      linears.push_back(LinearOf(vfis.back()));
+    }
     const int part = draws / count + (i < draws % count ? 1 : 0);
+    Eigen::VectorXd normal(linears.front().spread.size());
     for (int k = 0; k < part; ++k) {
-      double linear = mean;
-      for (int c = 0; c < spread.size(); ++c) {
-        linear += spread(c) * rng.Normal();
+      for (double& x : normal) {
+        x = rng.Normal();
       }
-      shares.first_order.held += linear >= 0 ? 1 : 0;
-      shares.with_buffer.held += linear >= instance.buffer_mps ? 1 : 0;
-      shares.full.held += f(ParametersOf(instance.estimate.Draw(rng))) >= 0 ? 1 : 0;
+      Parameters truth{ThetaOf(instance.estimate.Draw(rng))};
+      if (instance.unsure) {
+        truth.dq = DrawState(Configuration::Zero(), rng);
+      }
+      bool linear = true;
+      bool with_buffer = true;
+      bool full = true;
+      for (std::size_t v = 0; v < vfis.size(); ++v) {
+        const double f = linears[v].mean + linears[v].spread.dot(normal);
+        linear = linear && f >= 0;
+        with_buffer = with_buffer && f >= instance.buffer_mps;
+        full = full && vfis[v](truth, false) >= 0;
+      }
+      shares.first_order.held += linear ? 1 : 0;
+      shares.with_buffer.held += with_buffer ? 1 : 0;
+      shares.full.held += full ? 1 : 0;
     }
     shares.first_order.draws += part;
     shares.with_buffer.draws += part;
@@ -118,25 +168,44 @@ TruthShares DrawTruths(std::span<const Instance> instances, int draws, Rng& rng)
 }
 
 Share DrawEstimates(std::span<const Instance> instances, int draws, Rng& rng) {
-  static const test::VoxelWorld world;
   Share share;
   const int count = static_cast<int>(instances.size());
   for (int i = 0; i < count; ++i) {
     const Instance& instance = instances[static_cast<std::size_t>(i)];
     const Surface& truth = instance.estimate;
-    const Parameters theta = ParametersOf(truth);
-    Vfi f = VfiOf(instance);
-    const Kinematics<kArmJoints> k(TracerUf7(), instance.state.q);
-    const bool is_base = instance.point >= TracerUf7Shapes().spheres.size();
-    const int body = is_base ? 0 : TracerUf7Shapes().spheres[instance.point].body;
-    const Mat<3, kControls> J = k.PointJacobianAt(body, instance.t);
+    const Eigen::VectorXd theta = ThetaOf(truth);
+    std::vector<Vfi> vfis;
+    std::vector<Vector3d> t;
+    std::vector<Mat<3, kControls>> J;
+    for (const int point : instance.points) {
+      vfis.push_back({&instance, point});
+      t.push_back(PointAt(instance.state.q, point));
+      J.push_back(JacobianAt(instance.state.q, point));
+    }
     const int part = draws / count + (i < draws % count ? 1 : 0);
     for (int n = 0; n < part; ++n) {
       const auto controller = std::make_unique<WholeBodyController>(*instance.before);
-      const Scene seen = truth.Draw(rng).ToScene();
-      f.v = J *
-            controller->Step({instance.state, seen, world.field(), instance.goal}, instance.now).u;
-      share.held += f(theta) >= 0 ? 1 : 0;
+      const Surface seen = truth.Draw(rng);
+      RobotState state = instance.state;
+      Goal goal = instance.goal;
+      if (instance.unsure) {
+        state.q = DrawState(state.q, rng);
+      }
+      if (truth.kind == Primitive::kVoxel) {  // posts stand on a grid: all else moves instead
+        state.q.head<2>() -= (seen.p - truth.p).head<2>();
+        goal.p_WS -= seen.p - truth.p;
+      }
+      const Scene scene = seen.ToScene();
+      const Controls u = controller
+                             ->Step({state, scene, truth.Field(), goal,
+                                     instance.unsure ? &UnsureState() : nullptr},
+                                    instance.now)
+                             .u;
+      bool held = true;
+      for (std::size_t v = 0; v < vfis.size(); ++v) {
+        held = held && vfis[v].At(theta, t[v], J[v] * u) >= 0;
+      }
+      share.held += held ? 1 : 0;
     }
     share.draws += part;
   }

@@ -56,7 +56,13 @@ TEST(Distance, RatesAreThoseOfFiniteDifferences) {
     ExpectRateMatches(rng, [&](const Vector3d& p) { return PointToPipeAxis(p, pipe, 0).to_axis; });
     PipeEstimate end = pipe;  // reached at its end only
     end.extent_lo_m = end.extent_hi_m = 3;
-    ExpectRateMatches(rng, [&](const Vector3d& p) { return PointToPipeAxis(p, end, 0).to_axis; });
+    ExpectRateMatches(rng,
+                      [&](const Vector3d& p) { return PointToPipeAxis(p, end, 0.15).to_axis; });
+    PipeEstimate part = pipe;  // beside it or beyond it
+    part.extent_lo_m = -0.2;
+    part.extent_hi_m = rng.Uniform(-0.2, 0.4);
+    ExpectRateMatches(rng,
+                      [&](const Vector3d& p) { return PointToPipeAxis(p, part, 0.15).to_axis; });
     const Vector3d point = RandomIn(rng, kLo, kHi);
     ExpectRateMatches(rng, [&](const Vector3d& p) { return PointToPoint(p, point); });
   }
@@ -84,10 +90,85 @@ TEST(PlaneReaches, OnlyOverItsRectangleAndNotFarBehindIt) {
 
 TEST(PointToPipeAxis, TakesTheEndBeyondTheInflatedExtent) {
   const PipeEstimate pipe = MakePipe(1, {0, 0, 0}, {0, 0, 1}, 0.05, 0.5, 0, 0);
-  EXPECT_NEAR(PointToPipeAxis({0.3, 0, 0.6}, pipe, 0.15).to_axis.d_m, 0.3, 1e-15);
-  const AxisDistance end = PointToPipeAxis({0.3, 0, 0.9}, pipe, 0.15);
+  const AxisDistance beside = PointToPipeAxis({0.3, 0, 0.6}, pipe, 0.15);
+  EXPECT_FALSE(beside.at_end);
+  EXPECT_NEAR(beside.to_axis.d_m, 0.3, 1e-15);
+  const AxisDistance end = PointToPipeAxis({0.3, 0, 1.05}, pipe, 0.15);
   EXPECT_TRUE(end.at_end);
+  EXPECT_NEAR(end.s_m, 0.65, 1e-15);
   EXPECT_NEAR(end.to_axis.d_m, 0.5, 1e-15);
+  EXPECT_NEAR(end.to_axis.gradient_W.z(), 0.8, 1e-15);  // holds motion along the axis, too
+}
+
+PipeEstimate ShortPipe(Rng& rng) {
+  PipeEstimate pipe = MakePipe(1, RandomIn(rng, kLo, kHi), RandomDirection(rng), 0.05, 0, 0, 0);
+  pipe.extent_lo_m = -rng.Uniform(0, 0.5);
+  pipe.extent_hi_m = rng.Uniform(0, 0.5);
+  return pipe;
+}
+
+/// To what was seen of a pipe's axis: the least over a fine grid, so not below the truth.
+double ToSeen(const Vector3d& t, const PipeEstimate& pipe) {
+  double least = 1e9;
+  constexpr int kSteps = 1000;
+  for (int i = 0; i <= kSteps; ++i) {
+    const double s =
+        pipe.extent_lo_m + (pipe.extent_hi_m - pipe.extent_lo_m) * i / static_cast<double>(kSteps);
+    least = std::min(least, (t - pipe.p_W - s * pipe.l_W).norm());
+  }
+  return least;
+}
+
+TEST(PointToPipeAxis, NeverJumpsAndNeverSaysMoreThanTheDistanceToWhatWasSeen) {
+  for (int i = 0; i < 200; ++i) {
+    SCOPED_TRACE(i);
+    Rng rng(4, i);
+    const PipeEstimate pipe = ShortPipe(rng);
+    const Vector3d from = pipe.p_W + RandomIn(rng, kLo, kHi);
+    const Vector3d to = pipe.p_W + RandomIn(rng, kLo, kHi);
+    constexpr int kSteps = 400;
+    AxisDistance last = PointToPipeAxis(from, pipe, 0.15);
+    for (int k = 1; k <= kSteps; ++k) {
+      const Vector3d t = from + (to - from) * k / kSteps;
+      const double step = (to - from).norm() / kSteps;
+      const AxisDistance now = PointToPipeAxis(t, pipe, 0.15);
+      EXPECT_LE(std::abs(now.to_axis.d_m - last.to_axis.d_m), step + 1e-12);
+      const double nearer = std::min(now.to_axis.d_m, last.to_axis.d_m);
+      EXPECT_LE((now.to_axis.gradient_W - last.to_axis.gradient_W).norm(),
+                1.05 * step / nearer + 1e-12);
+      EXPECT_LE(now.to_axis.d_m, ToSeen(t, pipe) + 1e-12);
+      last = now;
+    }
+  }
+}
+
+/// The rule that the rows state, -g'v <= eta (d - d_safe), on a point that is driven at the pipe
+/// from everywhere, along its axis among others: the distance to what was seen holds.
+TEST(PointToPipeAxis, ItsRateBoundKeepsAPointAwayFromEndsAndSides) {
+  constexpr double kSafe_m = 0.1;
+  constexpr double kEta_1ps = 1;
+  constexpr double kPeriod_s = 0.01;
+  int close = 0;
+  for (int i = 0; i < 300; ++i) {
+    SCOPED_TRACE(i);
+    Rng rng(5, i);
+    const PipeEstimate pipe = ShortPipe(rng);
+    Vector3d t = pipe.p_W + 1.2 * pipe.l_W;  // beyond the end
+    if (i % 3 > 0) {
+      t += (i % 3 == 1 ? 0.02 : 0.5) * RandomDirection(rng);
+    }
+    const Vector3d goal = pipe.p_W + rng.Uniform(-0.3, 0.3) * pipe.l_W;
+    for (int k = 0; k < 800; ++k) {
+      Vector3d v = 2 * (goal - t) + 0.1 * RandomDirection(rng);
+      const PointDistance d = PointToPipeAxis(t, pipe, 0.15).to_axis;
+      const double limit = -kEta_1ps * (d.d_m - kSafe_m);
+      v += std::max(0.0, limit - d.gradient_W.dot(v)) * d.gradient_W;
+      t += kPeriod_s * v;
+      ASSERT_GE(ToSeen(t, pipe), kSafe_m - 1e-9);
+      close += PointToPipeAxis(t, pipe, 0.15).to_axis.d_m < 1.05 * kSafe_m ? 1 : 0;
+    }
+  }
+  EXPECT_GT(close, 10000);
 }
 
 TEST(PointToPoint, HasNoDirectionWhereItHasNone) {

@@ -68,9 +68,13 @@ struct Pair {
     const Kinematics<kArmJoints> k = At(q);
     const Vector3d t = k.Point(body, p_L);
     VelocityCone cone;
-    const Matrix3d B =
-        is_plane ? Matrix3d(Matrix3d::Zero()) : PipeCurvature(pipe, PointToPipeAxis(t, pipe, 0));
-    AddStateVariance(covariance, k.PointJacobian(body, p_L), Distance(t), B, kEta_1ps, cone);
+    const PointSpread spread = SpreadOf(covariance, k.PointJacobian(body, p_L));
+    const Vector3d e = Distance(t).gradient_W;
+    if (is_plane) {
+      AddStateVariance(spread, e, kEta_1ps, cone);
+    } else {
+      AddStateVariance(spread, e, PipeCurvature(pipe, PointToPipeAxis(t, pipe, 0)), kEta_1ps, cone);
+    }
     return cone;
   }
 

@@ -83,6 +83,11 @@ TEST(PipeCone, IsTheFirstOrderDeviation) {
     if (i % 2 == 1) {
       pipe.extent_lo_m = pipe.extent_hi_m = 2.5;
     }
+    // p, l and r together; p moves across the axis, l across itself.
+    Mat<7, 7> across = Mat<7, 7>::Identity();
+    across.block<3, 3>(0, 0) -= pipe.l_W * pipe.l_W.transpose();
+    across.block<3, 3>(3, 3) -= pipe.l_W * pipe.l_W.transpose();
+    pipe.covariance += across * test::RandomCovariance<7>(rng, 0.02) * across;
     const Vector3d t = RandomIn(rng, kLo, kHi);
     const Vector3d v = RandomIn(rng, kLo, kHi);
     const double eta = rng.Uniform(0.1, 5);
@@ -106,6 +111,46 @@ TEST(PipeCone, IsTheFirstOrderDeviation) {
     const double sigma = std::sqrt(gradient.dot(pipe.covariance * gradient));
     EXPECT_NEAR(PipeCone(pipe, distance, eta).Sigma(v), sigma, 1e-7);
   }
+}
+
+/// f = ∇d'v + η d for a box along W's axes.
+double BoxFunction(const Vector3d& lo, const Vector3d& hi, const Vector3d& t, const Vector3d& v,
+                   double eta) {
+  const Vector3d off = t - t.cwiseMax(lo).cwiseMin(hi);
+  return off.dot(v) / off.norm() + eta * off.norm();
+}
+
+TEST(VoxelCone, IsTheFirstOrderDeviationOfAMovedBox) {
+  int features[4] = {};  // by how many of the direction's components are not zero
+  for (int i = 0; i < 400; ++i) {
+    SCOPED_TRACE(i);
+    Rng rng(8, i);
+    const Vector3d lo = RandomIn(rng, kLo, kHi);
+    const Vector3d hi = lo + Vector3d::Constant(rng.Uniform(0.05, 0.4));
+    const Vector3d t = lo + RandomIn(rng, 0.6 * kLo, 0.8 * kHi);
+    const Vector3d v = RandomIn(rng, kLo, kHi);
+    const double eta = rng.Uniform(0.1, 5);
+    const double sigma = rng.Uniform(0, 0.02);
+    const PointDistance distance = PointToPoint(t, t.cwiseMax(lo).cwiseMin(hi));
+    if (distance.d_m < 0.02) {
+      continue;
+    }
+    ++features[(distance.gradient_W.array() != 0).count()];
+    double variance = 0;
+    constexpr double kStep = 1e-6;
+    for (int k = 0; k < 3; ++k) {
+      const Vector3d step = kStep * Vector3d::Unit(k);
+      const double slope = (BoxFunction(lo + step, hi + step, t, v, eta) -
+                            BoxFunction(lo - step, hi - step, t, v, eta)) /
+                           (2 * kStep);
+      variance += slope * slope * sigma * sigma;
+    }
+    const VelocityCone cone = VoxelCone(BoxCurvature(distance), sigma, eta);
+    EXPECT_NEAR(cone.Sigma(v), std::sqrt(variance), 1e-8);
+  }
+  EXPECT_GT(features[1], 20);  // faces, edges and corners
+  EXPECT_GT(features[2], 20);
+  EXPECT_GT(features[3], 20);
 }
 
 ChanceRow RandomRow(Rng& rng) {

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "ctrl/constraints/config.h"
+#include "ctrl/constraints/svfi.h"
 #include "plan/motion/collision.h"
 
 namespace pipewright {
@@ -17,7 +18,9 @@ TEST(Margins, ThePlannerKeepsWhatTheControllerKeepsAndSomeSlack) {
   EXPECT_GE(planned.pipe_m, kept.d_safe_pipe_m);
   EXPECT_GE(planned.base_plane_m, kept.d_safe_base_plane_m);
   EXPECT_GE(planned.primitive_margin_m, kept.margin_m);
-  EXPECT_GE(planned.voxel_margin_m, kept.voxel_margin_m);
+  // Standing still before an obstacle voxel at the α of Table I.
+  const double voxel_buffer_m = *ChanceQuantile(kept.alpha) * kept.voxel_noise_m;
+  EXPECT_GE(planned.voxel_margin_m, kept.voxel_margin_m + voxel_buffer_m);
   EXPECT_GE(planned.self_m, kept.self_margin_m);
   // Where a plane or a pipe counts at all.
   EXPECT_EQ(planned.upright_nz, kept.near_vertical_nz);

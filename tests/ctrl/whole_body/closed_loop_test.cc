@@ -175,6 +175,28 @@ TEST(ClosedLoop, AGoalBehindAWallStalls) {
   EXPECT_EQ(loop.Run(60), GoalState::kReached);
 }
 
+/// Along the axis no direction across it leads away: the end itself must stop the robot.
+TEST(ClosedLoop, AGoalWithinAPipeIsNotReachedThroughItsEnd) {
+  WholeBodyConfig config;
+  config.constraints.price[static_cast<int>(RowKind::kPipe)] = 0;  // hard, so that it must hold
+  Loop loop(config);
+  const Vector3d p = SensorAt(HomeConfiguration()).head<3>();
+  constexpr double kInflation_m = ConstraintConfig{}.pipe_inflation_m;
+  const Vector3d end = p + Vector3d(0.5 + kInflation_m, 0, 0);
+  (void)loop.scene.pipes.push_back(
+      MakePipe(1, end + Vector3d(0.5, 0, 0), {1, 0, 0}, 0.05, 0.5, 0, 0));
+  loop.goal = GoalAt(1, HomeConfiguration());
+  loop.goal.p_WS = end + Vector3d(0.2, 0, 0);
+  double least_m = 1e9;
+  for (int i = 0; i < 2000; ++i) {
+    const ControlOutput& out = loop.Step();
+    EXPECT_NE(out.stats.qp.status, QpStatus::kInfeasible);
+    least_m = std::min(least_m, out.stats.clearance.pipe_m);
+  }
+  EXPECT_GT(least_m, ConstraintConfig{}.margin_m - 0.002);
+  EXPECT_LT(least_m, 0.06);  // it was pressed against the end
+}
+
 TEST(ClosedLoop, ARobotThatIsLessSureOfItselfKeepsMoreDistance) {
   constexpr double kSigma_m = 0.02;
   StateCovariance covariance;

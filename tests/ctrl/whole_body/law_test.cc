@@ -81,7 +81,7 @@ TEST(Law3, TheReducedQpHasTheMinimiserOfTheFullOneWithSlacksAndTheEqualityRow) {
   static QpSolver<kFull, 200> solver;
   const test::VoxelWorld world;
   int active = 0;
-  for (int i = 0; i < 60; ++i) {
+  for (int i = 0; i < 90; ++i) {
     SCOPED_TRACE(i);
     Rng rng(1, i);
     WholeBodyConfig config;

@@ -36,8 +36,8 @@ TEST(Command, HelpsAndTellsItsVersion) {
   }
   const CommandResult inspect = Pipewright("inspect --help", folder);
   for (const char* option :
-       {"--scenario", "--seed", "--planner", "--svfi", "--alpha", "--rate", "--realtime", "--bus",
-        "--out", "--time-limit", "--json", "Exit code"}) {
+       {"--scenario", "--seed", "--planner", "--svfi", "--alpha", "--joint-risk", "--rate",
+        "--realtime", "--bus", "--out", "--time-limit", "--json", "Exit code"}) {
     EXPECT_NE(inspect.out.find(option), std::string::npos) << option;
   }
 }

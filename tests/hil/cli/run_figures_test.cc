@@ -91,6 +91,7 @@ class RunJsonTest : public testing::Test {
     ASSERT_TRUE(result.scenario) << result.errors[0];
     options_.seed = 42;
     options_.svfi = SvfiMode::kWorstCase;
+    options_.joint_risk = true;
     options_.alpha = 0.8;
     program_ =
         std::make_unique<RobotProgram>(ProgramConfig(*result.scenario, options_), TracerUf7());
@@ -180,6 +181,7 @@ TEST_F(RunJsonTest, SaysWhatItWasGiven) {
   EXPECT_EQ(run_["wall_time_s"], 2.5);
   EXPECT_EQ(run_["svfi"]["mode"], "worst_case");
   EXPECT_EQ(run_["svfi"]["alpha"], 0.8);
+  EXPECT_EQ(run_["svfi"]["joint_risk"], true);
   EXPECT_EQ(run_["svfi"]["ratio"], 0.75);
   EXPECT_EQ(run_["control"]["cycle_us"]["p50"], 2);
   EXPECT_EQ(run_["plan"]["step_ms"]["max"], 50);

@@ -34,6 +34,7 @@ TEST(ProgramConfig, TakesEveryOptionToWhereItCounts) {
   options.seed = 77;
   options.planner = PlannerKind::kCfnbvPaper;
   options.svfi = SvfiMode::kPreviousVelocity;
+  options.joint_risk = true;
   options.alpha = 0.9;
   options.rate_hz = 200;
   options.time_limit_s = 12.5;
@@ -43,6 +44,7 @@ TEST(ProgramConfig, TakesEveryOptionToWhereItCounts) {
   EXPECT_EQ(config.mapping.seed, 77U);
   EXPECT_EQ(config.mission.mission_timeout, std::chrono::milliseconds(12500));
   EXPECT_EQ(config.control.law.constraints.svfi, SvfiMode::kPreviousVelocity);
+  EXPECT_TRUE(config.control.law.constraints.joint_risk);
   EXPECT_EQ(config.control.law.constraints.alpha, 0.9);
   EXPECT_EQ(config.control.law.constraints.period_s, 1.0 / 200);
   EXPECT_EQ(config.control.start.x_m, shipped.scenario->start.x_m);

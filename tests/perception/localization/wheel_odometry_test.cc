@@ -218,5 +218,85 @@ TEST(WheelOdometry, CovarianceCoversTheSpreadOfSlippingDrives) {
   EXPECT_LT((reported - reported.transpose()).cwiseAbs().maxCoeff(), 1e-15);
 }
 
+TEST(WheelOdometry, CovarianceSinceIsThatOfAnOdometryThatBeganThere) {
+  WheelOdometry whole;
+  WheelOdometry part;
+  BasePose then;
+  double left = 0;
+  double right = 0;
+  (void)whole.Step(Time{}, 0, 0, 0, 0);
+  for (int k = 1; k <= 300; ++k) {
+    left += 0.01;
+    right += k < 200 ? 0.013 : 0.006;
+    (void)whole.Step(Time{milliseconds(20 * k)}, 0.5, 0.3, left, right);
+    if (k == 150) {
+      then = whole.pose();
+      BasePose start = then;
+      start.covariance.setZero();
+      part.Reset(start);
+    }
+    if (k >= 150) {
+      (void)part.Step(Time{milliseconds(20 * k)}, 0.5, 0.3, left, right);
+    }
+  }
+  EXPECT_EQ(whole.CovarianceSince(whole.pose()).diagonal().minCoeff() > 0, true);
+  const Mat<3, 3> since = whole.CovarianceSince(then);
+  const Mat<3, 3> difference = since - part.pose().covariance;
+  // Besides slip, the rounding of `then` counts: 0.3 mm, and what its heading makes of the way.
+  constexpr double kRounding_rad = 1e-3 / 0.35 * 0.42;
+  const double way_m = std::hypot(whole.pose().x_m - then.x_m, whole.pose().y_m - then.y_m);
+  EXPECT_LT(difference(2, 2), kRounding_rad * kRounding_rad);
+  EXPECT_GT(difference.diagonal().minCoeff(), 0);
+  EXPECT_LT(difference.topLeftCorner(2, 2).trace(), 2e-7 + std::pow(way_m * kRounding_rad, 2));
+  EXPECT_GT(whole.pose().covariance(0, 0), 1.5 * since(0, 0));  // the test can tell
+}
+
+/// Things placed in W by the pose of then: what matters is where the robot is among them.
+TEST(WheelOdometry, CovarianceSinceCoversTheSpreadOfWhatSlippedSince) {
+  const WheelOdometryConfig config;
+  Rng rng(6);
+  constexpr int kDrives = 400;
+  Mat<3, 3> spread = Mat<3, 3>::Zero();
+  Mat<3, 3> reported = Mat<3, 3>::Zero();
+  for (int drive = 0; drive < kDrives; ++drive) {
+    WheelOdometry odometry(config);
+    BasePose then;
+    double left = 0;
+    double right = 0;
+    Vector3d truth = Vector3d::Zero();
+    Vector3d true_then = Vector3d::Zero();
+    (void)odometry.Step(Time{}, 0, 0, 0, 0);
+    for (int k = 1; k <= 300; ++k) {
+      const double ds = 0.01;
+      const double dphi = k < 150 ? 0.01 : -0.005;
+      left += ds - dphi * kTrack / 2;
+      right += ds + dphi * kTrack / 2;
+      (void)odometry.Step(Time{milliseconds(20 * k)}, 0.5, 50 * dphi, left, right);
+      const double turn_var = config.slip_rad_per_m * config.slip_rad_per_m * ds +
+                              config.slip_rad_per_rad * config.slip_rad_per_rad * std::abs(dphi);
+      const double s = ds + rng.Normal() * config.slip_m * std::sqrt(ds);
+      const double t = dphi + rng.Normal() * std::sqrt(turn_var);
+      truth += Vector3d(s * std::cos(truth.z() + t / 2), s * std::sin(truth.z() + t / 2), t);
+      if (k == 200) {
+        then = odometry.pose();
+        true_then = truth;
+      }
+    }
+    // The true world turned and moved so that it fits the estimate at that time.
+    const double turn = then.phi_rad - true_then.z();
+    const Eigen::Rotation2Dd R(turn);
+    const Eigen::Vector2d place =
+        Eigen::Vector2d(then.x_m, then.y_m) + R * (truth - true_then).head<2>();
+    const Vector3d error(place.x() - odometry.pose().x_m, place.y() - odometry.pose().y_m,
+                         truth.z() + turn - odometry.pose().phi_rad);
+    spread += error * error.transpose() / kDrives;
+    reported = odometry.CovarianceSince(then);
+  }
+  for (int i = 0; i < 3; ++i) {
+    EXPECT_GT(reported(i, i), 0.8 * spread(i, i)) << i;
+    EXPECT_LT(reported(i, i), 1.3 * spread(i, i)) << i;
+  }
+}
+
 }  // namespace
 }  // namespace pipewright
