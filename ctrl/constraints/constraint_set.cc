@@ -11,7 +11,8 @@
 namespace pipewright {
 namespace {
 
-/// Speeds, accelerations (braking is not limited: u = 0 stays allowed) and joint positions.
+/// Speeds, accelerations and joint positions; braking is limited in reach_lb, reach_ub alone, for u
+/// = 0 must stay in the box.
 void BoundControls(const ConstraintConfig& config, const RobotModel<kArmJoints>& model,
                    const Configuration& q, const Controls& u_sent, ConstraintSet& out) {
   const bool soft = config.Price(RowKind::kJointVelocity) > 0;
@@ -30,6 +31,16 @@ void BoundControls(const ConstraintConfig& config, const RobotModel<kArmJoints>&
     const double to_max = config.eta_joint_1ps * (joint.q_max_rad - q(3 + j));
     out.lb(i) = std::max(out.lb(i), std::min(to_min, 0.0));
     out.ub(i) = std::min(out.ub(i), std::max(to_max, 0.0));
+  }
+  const auto reach = [&](int i, double acceleration) {
+    const double step = acceleration * config.period_s;
+    out.reach_lb(i) = std::clamp(u_sent(i) - step, out.lb(i), out.ub(i));
+    out.reach_ub(i) = std::clamp(u_sent(i) + step, out.lb(i), out.ub(i));
+  };
+  reach(0, model.base.acceleration_mps2);
+  reach(1, model.base.turn_acceleration_radps2);
+  for (int j = 0; j < kArmJoints; ++j) {
+    reach(2 + j, model.arm.joints[j].acceleration_max_radps2);
   }
 }
 
@@ -59,6 +70,8 @@ void ConstraintBuilder::Build(const Configuration& q, const Kinematics<kArmJoint
   if (field.empty()) {  // nothing was ever seen
     out.lb.setZero();
     out.ub.setZero();
+    out.reach_lb.setZero();
+    out.reach_ub.setZero();
     return;
   }
   const RowContext context{

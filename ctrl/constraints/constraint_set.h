@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <limits>
+
 #include "ctrl/constraints/config.h"
 #include "ctrl/constraints/svfi.h"
 #include "perception/map/distance_field.h"
@@ -28,6 +30,10 @@ struct Clearances {
 struct ConstraintSet {
   Controls lb = Controls::Zero();
   Controls ub = Controls::Zero();
+  /// What of the box the robot can do within one period: braking takes time, too. 0 need not be in
+  /// it, nor any u that keeps the rows.
+  Controls reach_lb = Controls::Constant(-std::numeric_limits<double>::infinity());
+  Controls reach_ub = Controls::Constant(std::numeric_limits<double>::infinity());
   RowSet rows;          ///< deterministic: the robot's own parts and joints
   ChanceRowSet chance;  ///< stochastic: planes, pipes, obstacle voxels and columns
   double z = 0;         ///< Φ⁻¹ of α or, with joint_risk, of each row's share of it

@@ -56,6 +56,12 @@ class QpSolver {
   /// The result stays valid until the next call. Nothing of a failed solve is carried to the next.
   const QpSolution<n, m>& Solve(const QpProblem<n, m>& qp, const Vec<n>* feasible = nullptr);
 
+  /// Of the solves to come; at least 1.
+  void LimitIterations(int max_iterations) {
+    assert(max_iterations > 0);
+    config_.max_iterations = max_iterations;
+  }
+
   /// The next solve starts from no active set.
   void ForgetActiveSet() { warm_size_ = 0; }
 

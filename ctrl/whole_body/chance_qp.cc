@@ -58,6 +58,8 @@ void ChanceQp::Pose(const QuadraticCost& cost, const ConstraintSet& set, SvfiMod
 
 const Vec<kMaxRows>& ChanceQp::SolveOnce(Answer& answer) {
   const Controls zero = Controls::Zero();
+  const int left = std::max(kMaxIterations - answer.stats.iterations, 1);
+  solver_.LimitIterations(std::min(QpConfig{}.max_iterations, left));
   const auto& solution = solver_.Solve(qp_, &zero);
   ++answer.stats.rounds;
   answer.stats.iterations += solution.iterations;
@@ -159,32 +161,69 @@ void ChanceQp::Count(const ConstraintSet& set, const Controls& u, ChanceQpStats&
   }
 }
 
-ChanceQp::Answer ChanceQp::Solve(const QuadraticCost& cost, const ConstraintSet& set, SvfiMode mode,
-                                 const Controls& u0) {
-  Answer answer;
-  Pose(cost, set, mode, u0);
+/// Solves, then with new tangents until u meets the cones and stands. @returns false when the
+/// rounds ran out first
+bool ChanceQp::MeetCones(const QuadraticCost& cost, const ConstraintSet& set, int max_rounds,
+                         Answer& answer) {
   const Vec<kMaxRows>* lambda = &SolveOnce(answer);
   Evaluate(set, answer.u);
+  bool met = Meets(set, answer.u);
+  while (!met && answer.stats.rounds < max_rounds &&
+         answer.stats.status != QpStatus::kInfeasible) {  // more rows do not help
+
+    const Controls last = answer.u;
+    PoseAbout(cost, set, last, *lambda);
+    lambda = &SolveOnce(answer);
+    Evaluate(set, answer.u);
+    met = Meets(set, answer.u) && (answer.u - last).squaredNorm() < kStepTolerance * kStepTolerance;
+  }
+  return met;
+}
+
+/// False: nothing in reach keeps the rows, or none was found in half of the rounds.
+bool ChanceQp::SolveInReach(const QuadraticCost& cost, const ConstraintSet& set, SvfiMode mode,
+                            const Controls& u0, Answer& answer) {
+  Pose(cost, set, mode, u0);
+  qp_.lb = set.lb.cwiseMax(set.reach_lb);
+  qp_.ub = set.ub.cwiseMin(set.reach_ub);
   if (mode == SvfiMode::kExact) {
-    bool met = Meets(set, answer.u);
-    while (!met && answer.stats.rounds < max_rounds_) {
-      const Controls last = answer.u;
-      PoseAbout(cost, set, last, *lambda);
-      lambda = &SolveOnce(answer);
-      Evaluate(set, answer.u);
-      met =
-          Meets(set, answer.u) && (answer.u - last).squaredNorm() < kStepTolerance * kStepTolerance;
-    }
-    answer.stats.fallbacks = met ? 0 : FallBack(set);
+    return MeetCones(cost, set, std::max(max_rounds_ / 2, 1), answer) &&
+           answer.stats.status == QpStatus::kOptimal;
+  }
+  SolveOnce(answer);
+  Evaluate(set, answer.u);
+  return answer.stats.status == QpStatus::kOptimal;
+}
+
+void ChanceQp::SolveInBox(const QuadraticCost& cost, const ConstraintSet& set, SvfiMode mode,
+                          const Controls& u0, Answer& answer) {
+  answer.stats.status = QpStatus::kOptimal;
+  Pose(cost, set, mode, u0);
+  if (mode == SvfiMode::kExact) {
+    answer.stats.fallbacks = MeetCones(cost, set, max_rounds_, answer) ? 0 : FallBack(set);
     if (answer.stats.fallbacks > 0) {
       qp_.H = cost.H;
       qp_.g = cost.g;
       SolveOnce(answer);
       Evaluate(set, answer.u);
     }
+  } else {
+    SolveOnce(answer);
+    Evaluate(set, answer.u);
   }
   if (mode != SvfiMode::kPreviousVelocity) {  // that mode is as published: it may under-estimate
     Shorten(set, answer);
+  }
+}
+
+ChanceQp::Answer ChanceQp::Solve(const QuadraticCost& cost, const ConstraintSet& set, SvfiMode mode,
+                                 const Controls& u0) {
+  Answer answer;
+  const bool all_in_reach =
+      (set.reach_lb - set.lb).maxCoeff() <= 0 && (set.ub - set.reach_ub).maxCoeff() <= 0;
+  if (all_in_reach || !SolveInReach(cost, set, mode, u0, answer)) {
+    answer.stats.out_of_reach = !all_in_reach;
+    SolveInBox(cost, set, mode, u0, answer);
   }
   for (int k = 0; k < set.chance.size(); ++k) {
     CountRow(set.chance[k], excess_[k], answer.stats);

@@ -22,6 +22,7 @@ struct ChanceQpStats {
   int held = 0;       ///< of them, those with a'u + z σ_f(u) ≤ b + 1e-6
   int soft_checked = 0;
   int soft_held = 0;
+  bool out_of_reach = false;  ///< no u that the robot can brake to keeps every row
 };
 
 /// A QP with stochastic rows.
@@ -35,11 +36,20 @@ struct ChanceQpStats {
 /// most, on random problems from a cold start. When the rounds run out, the rows still violated go
 /// to their worst case. Last, since u = 0 keeps every hard row and the set is convex, u is
 /// shortened until each hard cone holds.
+///
+/// The cycle's QPs share kMaxIterations; one that finds them used up stops the robot.
+///
+/// The box is first that part of it that the robot can reach in one period, so that the envelope
+/// lets u through as it is. Only when nothing there keeps the rows is it the whole, in which u = 0
+/// lies: then u says how to brake.
 class ChanceQp {
  public:
   static constexpr double kConeTolerance_mps = 1e-6;
   static constexpr double kStepTolerance = 1e-4;  ///< of a Newton step, whose error is its square
 
+  static constexpr int kMaxIterations = 500;  ///< of all QPs of a cycle; in missions 30 are rare
+
+  /// At most max_rounds QPs a cycle, and one more with rows at their worst case.
   explicit ChanceQp(int max_rounds) : max_rounds_(max_rounds) {}
 
   struct Answer {
@@ -54,6 +64,12 @@ class ChanceQp {
                const Controls& u0);
 
  private:
+  bool SolveInReach(const QuadraticCost& cost, const ConstraintSet& set, SvfiMode mode,
+                    const Controls& u0, Answer& answer);
+  void SolveInBox(const QuadraticCost& cost, const ConstraintSet& set, SvfiMode mode,
+                  const Controls& u0, Answer& answer);
+  bool MeetCones(const QuadraticCost& cost, const ConstraintSet& set, int max_rounds,
+                 Answer& answer);
   void Pose(const QuadraticCost& cost, const ConstraintSet& set, SvfiMode mode, const Controls& u0);
   const Vec<kMaxRows>& SolveOnce(Answer& answer);  ///< multipliers of the rows
   void Evaluate(const ConstraintSet& set, const Controls& u);

@@ -50,6 +50,7 @@ void RunFigures::Add(const ControlReport& report) {
   svfi_checked += static_cast<std::uint64_t>(stats.qp.checked);
   svfi_held += static_cast<std::uint64_t>(stats.qp.held);
   svfi_fallbacks += static_cast<std::uint64_t>(stats.qp.fallbacks);
+  svfi_out_of_reach += stats.qp.out_of_reach ? 1 : 0;
   rows_max = std::max(rows_max, stats.rows);
   qp_us.push_back(1e-3F * static_cast<float>(stats.qp_ns));
 }
@@ -104,7 +105,8 @@ Json RunJson(const InspectionOptions& options, const std::string& scenario,
                  {"checked", figures.svfi_checked},
                  {"held", figures.svfi_held},
                  {"ratio", Share(figures.svfi_held, figures.svfi_checked)},
-                 {"fallbacks", figures.svfi_fallbacks}};
+                 {"fallbacks", figures.svfi_fallbacks},
+                 {"out_of_reach", figures.svfi_out_of_reach}};
   run["control"] = {{"rate_hz", options.rate_hz},
                     {"cycles", figures.cycles},
                     {"heap_allocations", figures.heap_allocations},

@@ -21,6 +21,7 @@ struct RunFigures {
   std::uint64_t svfi_checked = 0;
   std::uint64_t svfi_held = 0;
   std::uint64_t svfi_fallbacks = 0;
+  std::uint64_t svfi_out_of_reach = 0;
   int rows_max = 0;
   std::vector<float> qp_us;           ///< wall clock, one a cycle
   std::vector<float> cycle_us;        ///< likewise

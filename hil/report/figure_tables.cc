@@ -57,6 +57,7 @@ constexpr Known kKnown[] = {
     {"svfi.held", "", "of these, met"},
     {"svfi.ratio", "%", "met of checked"},
     {"svfi.fallbacks", "", "cycles that fell back to the worst case"},
+    {"svfi.out_of_reach", "", "cycles in which braking could not meet every constraint at once"},
     {"control.rate_hz", "", "of the control task"},
     {"control.cycles", "", "control cycles"},
     {"control.heap_allocations", "", "inside control cycles"},

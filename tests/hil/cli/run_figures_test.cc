@@ -67,6 +67,7 @@ TEST(RunFigures, AddUpWhatTheCyclesDid) {
   report.stats.qp.checked = 10;
   report.stats.qp.held = 8;
   report.stats.qp.fallbacks = 1;
+  report.stats.qp.out_of_reach = true;
   figures.Add(report);
   report.stats.rows = 7;
   report.stats.qp_ns = 500;
@@ -79,6 +80,7 @@ TEST(RunFigures, AddUpWhatTheCyclesDid) {
   EXPECT_EQ(figures.svfi_checked, 20U);
   EXPECT_EQ(figures.svfi_held, 16U);
   EXPECT_EQ(figures.svfi_fallbacks, 2U);
+  EXPECT_EQ(figures.svfi_out_of_reach, 2U);
   EXPECT_EQ(figures.rows_max, 12);
   EXPECT_EQ(figures.qp_us, (std::vector<float>{4.5F, 0.5F}));
 }

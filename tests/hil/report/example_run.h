@@ -18,7 +18,7 @@ inline nlohmann::ordered_json ExampleRun() {
     "contacts": 0, "touched": [],
     "min_clearance_m": {"plane": 0.0943698, "pipe": 0.0568905, "self": 0.029111},
     "svfi": {"mode": "exact", "alpha": 0.7, "checked": 1000, "held": 1000, "ratio": 1.0,
-             "fallbacks": 0},
+             "fallbacks": 0, "out_of_reach": 0},
     "control": {"rate_hz": 100.0, "cycles": 24150, "heap_allocations": 0, "rows_max": 89,
                 "qp_iterations_max": 11, "qp_cap_hits": 0,
                 "qp_us": {"p50": 9.5, "p99": 31.0, "max": 210.0},
