@@ -11,7 +11,9 @@ namespace pipewright {
 
 struct QpConfig {
   int max_iterations = 200;
-  double feasibility_tol = 1e-10;  ///< of a row or bound at an optimum, in the row's unit
+  /// Of a row or bound at an optimum, in the row's unit; ten times that where the rows that meet in
+  /// x determine it badly.
+  double feasibility_tol = 1e-10;
   double stationarity_tol = 1e-9;  ///< of Hx + g + A'lambda, relative to its largest term
 };
 
@@ -80,6 +82,8 @@ class QpSolver {
   static constexpr double kLost = 1e6;  ///< of S's accuracy to rows taken out: more, and fold none
   static constexpr int kMaxCandidates = 8;  ///< of one sweep
   static constexpr int kMaxRefinements = 4;
+  static constexpr int kMaxRescues = 2;
+  static constexpr double kWider = 10;      ///< times the tolerance, where rows are dependent
   static constexpr double kStiffest = 1e5;  ///< w |a|^2 of a folded row, of H's least diagonal
   using Set = qp::WorkingSet<n, kMaxActive>;
   using Member = typename Set::Member;
@@ -135,6 +139,7 @@ class QpSolver {
 
   // dual_active_set_polish_inl.h
   Step Polish(const Problem& qp);
+  Step Refine(const Problem& qp);
   double Residual(const Problem& qp, V& s, double* w);
   void Correct(const V& s, double* w);
 
@@ -147,7 +152,8 @@ class QpSolver {
 
   /// Follows |x| up once the rounding of A x does.
   double Tolerance() const {
-    return std::max(config_.feasibility_tol, kRounding * x_.template lpNorm<Eigen::Infinity>());
+    return widened_ *
+           std::max(config_.feasibility_tol, kRounding * x_.template lpNorm<Eigen::Infinity>());
   }
   static double Lower(const Problem& qp, int name) {
     return name < m ? qp.lo[name] : qp.lb[name - m];
@@ -161,6 +167,7 @@ class QpSolver {
   qp::InverseFactor<n> J_;  ///< of H with the folded rows
   qp::FoldedRow<n> folded_[m];
   int folded_count_ = 0;
+  double widened_ = 1;  ///< factor of the tolerance
   bool fold_ = true;
   double lost_ = 1;  ///< factor by which S has become less accurate
   Set set_;

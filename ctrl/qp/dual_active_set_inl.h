@@ -43,6 +43,7 @@ typename QpSolver<n, m>::Step QpSolver<n, m>::Start(const Problem& qp) {
   set_.clear();
   folded_count_ = 0;
   lost_ = 1;
+  widened_ = 1;
   const Step step = Prepare(qp);
   return step == Step::kGoOn ? SolveFromSeed(qp) : step;
 }
@@ -61,6 +62,7 @@ typename QpSolver<n, m>::Step QpSolver<n, m>::Count() {
 template <int n, int m>
 typename QpSolver<n, m>::Step QpSolver<n, m>::SolveFromSeed(const Problem& qp) {
   Step step = Seed(qp);
+  int rescues = 0;
   while (step == Step::kGoOn) {
     if (!Sweep(qp)) {
       return Step::kInvalid;
@@ -70,6 +72,12 @@ typename QpSolver<n, m>::Step QpSolver<n, m>::SolveFromSeed(const Problem& qp) {
     }
     for (int name = worst_; name >= 0 && step == Step::kGoOn; name = MostViolated(qp)) {
       step = Add(qp, name);
+    }
+    // A dependent row that is missed, and no proof: perhaps it was the rounding of x, or else that
+    // of the data, where many rows meet in a point that they do not determine well.
+    if (step == Step::kIllConditioned && rescues < kMaxRescues) {
+      widened_ = ++rescues < kMaxRescues ? 1 : kWider;
+      step = Refine(qp);
     }
   }
   return step;

@@ -13,19 +13,24 @@ namespace pipewright {
 /// that it cannot be. Refining moves x; if that breaks a row or a sign, the method goes on.
 template <int n, int m>
 typename QpSolver<n, m>::Step QpSolver<n, m>::Polish(const Problem& qp) {
-  double* const w = work_;
   V s;
-  double residual = Residual(qp, s, w);
+  const double residual = Residual(qp, s, work_);
   if (residual <= kSmallResidual) {
     return Step::kOptimal;
   }
-  if (residual > kLargeResidual && folded_count_ > 0) {
-    return Step::kWornOut;
-  }
+  return residual > kLargeResidual && folded_count_ > 0 ? Step::kWornOut : Refine(qp);
+}
+
+/// Makes x and the multipliers those of the working set to the last digits, then looks again.
+template <int n, int m>
+typename QpSolver<n, m>::Step QpSolver<n, m>::Refine(const Problem& qp) {
   const Step counted = Count();
   if (counted != Step::kGoOn) {
     return counted;
   }
+  double* const w = work_;
+  V s;
+  double residual = Residual(qp, s, w);
   for (int pass = 0; pass < kMaxRefinements && residual > kSmallResidual; ++pass) {
     Correct(s, w);
     const double before = residual;
