@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <cstring>
+
 #include "ctrl/qp/qp.h"
 
 namespace pipewright::qp {
@@ -14,56 +16,62 @@ struct RowMisses {
   bool finite;   ///< every product was a number
 };
 
-/// A register of rows side by side, anywhere in an array. (Not itself the argument of a template,
-/// which would lose the attributes.)
-struct TwoRows {
-  using Type [[gnu::vector_size(16), gnu::aligned(8), gnu::may_alias]] = double;
-};
-struct FourRows {
-  using Type [[gnu::vector_size(32), gnu::aligned(8), gnu::may_alias]] = double;
-};
+/// A register of rows side by side.
+using TwoRows [[gnu::vector_size(16)]] = double;
+using FourRows [[gnu::vector_size(32)]] = double;
 
-template <typename Width, int n, int stride>
+/// From and to anywhere in an array, aligned or not.
+template <typename Rows>
+[[gnu::always_inline]] inline void Load(const double* from, Rows& to) {
+  std::memcpy(&to, from, sizeof to);
+}
+template <typename Rows>
+[[gnu::always_inline]] inline void Store(const Rows& from, double* to) {
+  std::memcpy(to, &from, sizeof from);
+}
+
+template <typename Rows, int n, int stride>
 [[gnu::always_inline]] inline RowMisses MeasureRowsBy(const double* A, int rows, const double* x,
                                                       const double* lo, const double* hi,
                                                       double* missed, double* most) {
-  using Rows = typename Width::Type;
   constexpr int kWidth = sizeof(Rows) / sizeof(double);
   constexpr int kRegisters = kRowBlock / kWidth;
   double worst = -kInfinity;
   Rows probe = {};  // 0 unless some product is no number
   for (int i = 0; i < rows; i += kRowBlock) {
-    const Rows* a = reinterpret_cast<const Rows*>(A + i);
     Rows y[kRegisters];
+    Rows a;
     for (int r = 0; r < kRegisters; ++r) {
-      y[r] = a[r] * x[0];
+      Load(A + i + r * kWidth, a);
+      y[r] = a * x[0];
     }
     for (int j = 1; j < n; ++j) {
-      a = reinterpret_cast<const Rows*>(A + i + j * stride);
       for (int r = 0; r < kRegisters; ++r) {
-        y[r] += a[r] * x[j];
+        Load(A + j * stride + i + r * kWidth, a);
+        y[r] += a * x[j];
       }
     }
-    const Rows* const low = reinterpret_cast<const Rows*>(lo + i);
-    const Rows* const high = reinterpret_cast<const Rows*>(hi + i);
-    Rows* const miss = reinterpret_cast<Rows*>(missed + i);
     Rows block = Rows{} - kInfinity;
     for (int r = 0; r < kRegisters; ++r) {
-      const Rows over = y[r] - high[r];
-      const Rows under = low[r] - y[r];
+      Rows low;
+      Rows high;
+      Load(lo + i + r * kWidth, low);
+      Load(hi + i + r * kWidth, high);
+      const Rows over = y[r] - high;
+      const Rows under = low - y[r];
       const Rows v = over > under ? over : under;
-      miss[r] = v;
+      Store(v, missed + i + r * kWidth);
       block = v > block ? v : block;
     }
     if (i + kRowBlock <= rows) {
       for (int r = 0; r < kRegisters; ++r) {
-        probe += y[r] - y[r];
+        probe += y[r] * 0;
       }
     } else {  // past the last row lies what an earlier problem left
       block = Rows{} - kInfinity;
       for (int k = 0; k < kRowBlock; ++k) {
         if (k < rows - i) {
-          probe[0] += y[k / kWidth][k % kWidth] - y[k / kWidth][k % kWidth];
+          probe[0] += y[k / kWidth][k % kWidth] * 0;
           block[0] = missed[i + k] > block[0] ? missed[i + k] : block[0];
         } else {
           missed[i + k] = -kInfinity;
@@ -121,18 +129,22 @@ struct LimitFlaws {
 /// Copies lo and hi of the first `rows` rows, and looks at them and the prices on the way.
 inline LimitFlaws CopyLimits(const double* lo, const double* hi, const double* price, int rows,
                              double* to_lo, double* to_hi) {
-  using Rows = TwoRows::Type;
-  const auto at = [](const double* p) -> const Rows& { return *reinterpret_cast<const Rows*>(p); };
-  using Mask = decltype(Rows{} >= Rows{});  // all ones or all zeros
+  using Mask = decltype(TwoRows{} >= TwoRows{});  // all ones or all zeros
   Mask good = ~Mask{};
   Mask equal{};
   int i = 0;
   for (; i + 2 <= rows; i += 2) {
-    const Rows gap = at(hi + i) - at(lo + i);  // no number for inf, inf
-    good &= (gap >= 0) & (at(price + i) >= 0);
+    TwoRows low;
+    TwoRows high;
+    TwoRows cost;
+    Load(lo + i, low);
+    Load(hi + i, high);
+    Load(price + i, cost);
+    const TwoRows gap = high - low;  // no number for inf, inf
+    good &= (gap >= 0) & (cost >= 0);
     equal |= gap == 0;
-    *reinterpret_cast<Rows*>(to_lo + i) = at(lo + i);
-    *reinterpret_cast<Rows*>(to_hi + i) = at(hi + i);
+    Store(low, to_lo + i);
+    Store(high, to_hi + i);
   }
   LimitFlaws flaws{(good[0] & good[1]) == 0, (equal[0] | equal[1]) != 0};
   for (; i < rows; ++i) {
