@@ -168,8 +168,8 @@ class QpSolver {
   qp::FoldedRow<n> folded_[m];
   int folded_count_ = 0;
   double widened_ = 1;  ///< factor of the tolerance
-  bool fold_ = true;
-  double lost_ = 1;  ///< factor by which S has become less accurate
+  bool fold_ = true;    ///< this start, what a warm one remembers
+  double lost_ = 1;     ///< factor by which S has become less accurate
   Set set_;
   typename Set::Projection projection_;
   V x0_;  ///< the minimum without the set: -H^-1 g, both with the folded rows

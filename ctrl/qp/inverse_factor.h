@@ -35,7 +35,7 @@ template <int n>
 class InverseFactor {
  public:
   /// Of H + sum over the folded rows of w a a' = L D L' without square roots on the critical path,
-  /// then J = D^-1/2 L^-1, built along. Only H's lower triangle is read. False when H is not
+  /// then J = D^-1/2 L^-1, built along. Only H's lower triangle counts. False when H is not
   /// positive definite to rounding, or not a number. n^3 / 2 multiply-adds in vector registers, n^2
   /// / 2 a folded row.
   bool Compute(const Mat<n, n>& H, const FoldedRow<n>* folded, int count) {
