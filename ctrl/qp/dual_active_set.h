@@ -114,7 +114,8 @@ class QpSolver {
   void SeedOne(const Problem& qp, int name, int side, bool equality);
   void Fold(const Problem& qp);
   int FindRow(const Problem& qp, const Warm& warm) const;
-  void MakeMember(const Problem& qp, int name, int side, bool equality, Member& c) const;
+  V Row(const Problem& qp, int name) const;
+  void MakeMember(const Problem& qp, int name, int side, const V& a, Member& c) const;
   void Mask(const Problem& qp, int name, bool active);
   bool Taken(int name) const;
 
@@ -128,7 +129,6 @@ class QpSolver {
   Step Count();
   Step SolveFromSeed(const Problem& qp);
   Step Add(const Problem& qp, int name);
-  int FirstToReachZero(double& t) const;
   int FirstFoldedToReachZero(const V& dx, double& t) const;
   Step TakeOut(const Problem& qp, int folded);
   Step Drop(const Problem& qp, int member);
@@ -140,6 +140,7 @@ class QpSolver {
   // dual_active_set_polish_inl.h
   Step Polish(const Problem& qp);
   Step Refine(const Problem& qp);
+  Step Refine(const Problem& qp, double residual, V& s);
   double Residual(const Problem& qp, V& s, double* w);
   void Correct(const V& s, double* w);
 

@@ -87,11 +87,10 @@ typename QpSolver<n, m>::Step QpSolver<n, m>::SolveFromSeed(const Problem& qp) {
 /// it holds, dropping each constraint whose multiplier reaches zero on the way.
 template <int n, int m>
 typename QpSolver<n, m>::Step QpSolver<n, m>::Add(const Problem& qp, int name) {
-  const double value = name < m ? qp.A.row(name).dot(x_.template head<n>()) : x_[name - m];
-  const bool high = value > Upper(qp, name);
   Member p;
   double lambda = 0;
-  MakeMember(qp, name, high ? 1 : -1, Lower(qp, name) == Upper(qp, name), p);
+  const V a = Row(qp, name);
+  MakeMember(qp, name, a.dot(x_) > Upper(qp, name) ? 1 : -1, a, p);
   while (true) {
     const Step counted = Count();
     if (counted != Step::kGoOn || set_.full()) {
@@ -99,7 +98,7 @@ typename QpSolver<n, m>::Step QpSolver<n, m>::Add(const Problem& qp, int name) {
     }
     set_.Project(p, projection_);
     double t = kInfinity;
-    const int blocking = FirstToReachZero(t);
+    const int blocking = set_.FirstToReachZero(projection_, t);
     int leaving = -1;
     bool full_step = false;
     if (!projection_.dependent) {
@@ -216,35 +215,10 @@ typename QpSolver<n, m>::Step QpSolver<n, m>::DropWrongSigns(const Problem& qp) 
   }
 }
 
-/// lambda = S^-1 (a_i'x0 - b_i),  x = x0 - J'M'lambda.
+/// x = x0 - J'M'lambda.
 template <int n, int m>
 void QpSolver<n, m>::SolveOnWorkingSet() {
-  double* const w = work_;
-  V z = V::Zero();
-  for (int i = 0; i < set_.size(); ++i) {
-    w[i] = set_[i].a.dot(x0_) - set_[i].b;
-  }
-  set_.Solve(w, w);
-  for (int i = 0; i < set_.size(); ++i) {
-    set_.lambda(i) = w[i];
-    z += w[i] * set_[i].m;
-  }
-  x_ = x0_ - J_.ApplyTransposed(z);
-}
-
-/// Which multiplier the step along projection_ brings to zero first, and at what length; -1: none.
-template <int n, int m>
-int QpSolver<n, m>::FirstToReachZero(double& t) const {
-  int first = -1;
-  for (int i = 0; i < set_.size(); ++i) {
-    const Member& c = set_[i];
-    const double r = projection_.r[i];
-    if (set_.lambda(i) < t * r && r > 0 && !c.equality && r * r * c.m2 > projection_.noise2) {
-      t = set_.lambda(i) / r;
-      first = i;
-    }
-  }
-  return first;
+  x_ = x0_ + J_.ApplyTransposed(set_.Settle(x0_));
 }
 
 /// The same among the folded rows, whose multipliers change by w a'dx; t is the step so far

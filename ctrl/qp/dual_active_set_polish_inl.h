@@ -18,19 +18,24 @@ typename QpSolver<n, m>::Step QpSolver<n, m>::Polish(const Problem& qp) {
   if (residual <= kSmallResidual) {
     return Step::kOptimal;
   }
-  return residual > kLargeResidual && folded_count_ > 0 ? Step::kWornOut : Refine(qp);
+  return residual > kLargeResidual && folded_count_ > 0 ? Step::kWornOut : Refine(qp, residual, s);
 }
 
-/// Makes x and the multipliers those of the working set to the last digits, then looks again.
 template <int n, int m>
 typename QpSolver<n, m>::Step QpSolver<n, m>::Refine(const Problem& qp) {
+  V s;
+  return Refine(qp, Residual(qp, s, work_), s);
+}
+
+/// Makes x and the multipliers those of the working set to the last digits, then looks again. s and
+/// work_ are those that the residual comes from.
+template <int n, int m>
+typename QpSolver<n, m>::Step QpSolver<n, m>::Refine(const Problem& qp, double residual, V& s) {
   const Step counted = Count();
   if (counted != Step::kGoOn) {
     return counted;
   }
   double* const w = work_;
-  V s;
-  double residual = Residual(qp, s, w);
   for (int pass = 0; pass < kMaxRefinements && residual > kSmallResidual; ++pass) {
     Correct(s, w);
     const double before = residual;

@@ -60,23 +60,31 @@ typename QpSolver<n, m>::Step QpSolver<n, m>::Contradiction(const Problem& qp) {
   return Step::kInfeasible;
 }
 
+/// a_i, two numbers at a time: what is stored one by one cannot be loaded by pairs at once.
 template <int n, int m>
-void QpSolver<n, m>::MakeMember(const Problem& qp, int name, int side, bool equality,
+typename QpSolver<n, m>::V QpSolver<n, m>::Row(const Problem& qp, int name) const {
+  V a;
+  if (name < m) {
+    for (int j = 0; j < qp::Padded(n); j += 2) {
+      qp::Store(qp::Two{qp.A(name, j), j + 1 < n ? qp.A(name, j + 1) : 0}, a.data() + j);
+    }
+  } else {
+    a.setZero();
+    a[name - m] = 1;
+  }
+  return a;
+}
+
+template <int n, int m>
+void QpSolver<n, m>::MakeMember(const Problem& qp, int name, int side, const V& a,
                                 Member& c) const {
   c.name = name;
   c.side = side;
-  c.equality = equality;
+  c.equality = Lower(qp, name) == Upper(qp, name);
   c.b = side > 0 ? Upper(qp, name) : -Lower(qp, name);
-  c.a.setZero();
-  if (name < m) {
-    c.d = qp.price[name] > 0 ? 0.5 / qp.price[name] : 0;
-    c.a.template head<n>() = side * qp.A.row(name).transpose();
-    c.m = J_.Apply(c.a);
-  } else {
-    c.d = 0;
-    c.a[name - m] = side;
-    c.m = side * J_.Column(name - m);
-  }
+  c.d = name < m && qp.price[name] > 0 ? 0.5 / qp.price[name] : 0;
+  c.a = side * a;
+  c.m = name < m ? J_.Apply(c.a) : V(side * J_.Column(name - m));
   c.m2 = c.m.squaredNorm();
 }
 
@@ -118,9 +126,8 @@ void QpSolver<n, m>::Fold(const Problem& qp) {
     row.out = false;
     row.w = 2 * qp.price[name];
     row.b = warm.side > 0 ? qp.hi[name] : -qp.lo[name];
-    row.a.setZero();
-    row.a.template head<n>() = warm.side * qp.A.row(name).transpose();
-    const double a2 = qp.A.row(name).squaredNorm();  // not of row.a: that is on its way to memory
+    row.a = warm.side * Row(qp, name);
+    const double a2 = row.a.squaredNorm();
     if (std::isfinite(row.b) && row.w * a2 < stiffest) {
       Mask(qp, name, true);
       ++folded_count_;
@@ -165,7 +172,7 @@ void QpSolver<n, m>::SeedOne(const Problem& qp, int name, int side, bool equalit
     return;
   }
   Member& c = set_.Next();
-  MakeMember(qp, name, side, equality, c);
+  MakeMember(qp, name, side, Row(qp, name), c);
   set_.ProjectToAppend(c, projection_);
   if (!projection_.dependent && (equality || projection_.pivot > kSeedPivot * c.m2)) {
     set_.Append(c, 0, projection_);

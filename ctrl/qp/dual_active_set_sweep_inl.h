@@ -18,33 +18,28 @@ bool QpSolver<n, m>::Sweep(const Problem& qp) {
   const Vec<n> missed_box = (x_.template head<n>() - ub_).cwiseMax(lb_ - x_.template head<n>());
   const qp::RowMisses rows = qp::MeasureRows<n, Problem::kStride>(
       qp.A.data(), qp.rows, x_.data(), lo_.data(), hi_.data(), missed_.data(), most_.data());
-  const double worst = std::max(rows.worst, missed_box.maxCoeff());
+  const double box_worst = missed_box.maxCoeff();
+  const double worst = std::max(rows.worst, box_worst);
   worst_ = -1;
   candidate_count_ = 0;
   if (worst > Tolerance()) {
     worth_ = std::max(kNearlyAsMuch * worst, Tolerance());
     int found = 0;
-    const auto see = [this, &found](int name, double missed) {
+    const auto see = [this, &found, worst](int name, double missed) {
       candidates_[found] = name;  // first written, then counted: that cannot be foretold
       found += missed > worth_ ? 1 : 0;
+      worst_ = missed == worst ? name : worst_;
     };
-    for (int j = 0; j < n; ++j) {
-      see(m + j, missed_box[j]);
+    if (box_worst > worth_) {
+      for (int j = 0; j < n; ++j) {
+        see(m + j, missed_box[j]);
+      }
     }
     for (int i = 0; i < qp.rows; i += qp::kRowBlock) {
       if (most_[i / qp::kRowBlock] > worth_) {
         for (int k = i; k < i + qp::kRowBlock; ++k) {
           see(k, missed_[k]);
         }
-      }
-    }
-    double most = -kInfinity;
-    for (int k = 0; k < found; ++k) {
-      const int name = candidates_[k];
-      const double missed = name < m ? missed_[name] : missed_box[name - m];
-      if (missed > most) {
-        most = missed;
-        worst_ = name;
       }
     }
     candidate_count_ = std::min(found, kMaxCandidates);

@@ -80,17 +80,18 @@ class InverseFactor {
 
   /// J a.
   PaddedVec<n> Apply(const PaddedVec<n>& a) const {
-    PaddedVec<n> y = PaddedVec<n>::Zero();
-    ForEach([&]<int j>() { Subtract<j>(-a[j], column_[j], y); });
-    return y;
+    PaddedVec<n> y[2] = {PaddedVec<n>::Zero(), PaddedVec<n>::Zero()};
+    ForEach([&]<int j>() { Subtract<j>(-a[j], column_[j], y[j % 2]); });
+    return y[0] + y[1];
   }
 
   /// J'z.
   PaddedVec<n> ApplyTransposed(const PaddedVec<n>& z) const {
     PaddedVec<n> x = PaddedVec<n>::Zero();
-    for (int j = 0; j < n; ++j) {
-      x[j] = column_[j].dot(z);
-    }
+    ForEach([&]<int j>() {
+      constexpr int kTop = j / 2 * 2;
+      x[j] = column_[j].template tail<Padded(n) - kTop>().dot(z.template tail<Padded(n) - kTop>());
+    });
     return x;
   }
 

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <cstring>
-
 #include "ctrl/qp/qp.h"
+#include "ctrl/qp/simd.h"
 
 namespace pipewright::qp {
 
@@ -15,20 +14,6 @@ struct RowMisses {
   double worst;  ///< the largest miss, -inf for no rows
   bool finite;   ///< every product was a number
 };
-
-/// A register of rows side by side.
-using TwoRows [[gnu::vector_size(16)]] = double;
-using FourRows [[gnu::vector_size(32)]] = double;
-
-/// From and to anywhere in an array, aligned or not.
-template <typename Rows>
-[[gnu::always_inline]] inline void Load(const double* from, Rows& to) {
-  std::memcpy(&to, from, sizeof to);
-}
-template <typename Rows>
-[[gnu::always_inline]] inline void Store(const Rows& from, double* to) {
-  std::memcpy(to, &from, sizeof from);
-}
 
 template <typename Rows, int n, int stride>
 [[gnu::always_inline]] inline RowMisses MeasureRowsBy(const double* A, int rows, const double* x,
@@ -97,9 +82,9 @@ template <int n, int stride>
 [[gnu::target("avx2")]] RowMisses MeasureRowsByFour(const double* A, int rows, const double* x,
                                                     const double* lo, const double* hi,
                                                     double* missed, double* most) {
-  return MeasureRowsBy<FourRows, n, stride>(A, rows, x, lo, hi, missed, most);
+  return MeasureRowsBy<Four, n, stride>(A, rows, x, lo, hi, missed, most);
 }
-inline const bool kHasFourRows = __builtin_cpu_supports("avx2");
+inline const bool kHasFour = __builtin_cpu_supports("avx2");
 #endif
 
 /// By how much x misses each of the first `rows` rows: missed_i = max(a_i'x - hi_i, lo_i - a_i'x),
@@ -113,11 +98,11 @@ template <int n, int stride>
 RowMisses MeasureRows(const double* A, int rows, const double* x, const double* lo,
                       const double* hi, double* missed, double* most) {
 #if defined(__x86_64__)
-  if (kHasFourRows) {
+  if (kHasFour) {
     return MeasureRowsByFour<n, stride>(A, rows, x, lo, hi, missed, most);
   }
 #endif
-  return MeasureRowsBy<TwoRows, n, stride>(A, rows, x, lo, hi, missed, most);
+  return MeasureRowsBy<Two, n, stride>(A, rows, x, lo, hi, missed, most);
 }
 
 /// What CopyLimits saw of the limits.
@@ -129,18 +114,18 @@ struct LimitFlaws {
 /// Copies lo and hi of the first `rows` rows, and looks at them and the prices on the way.
 inline LimitFlaws CopyLimits(const double* lo, const double* hi, const double* price, int rows,
                              double* to_lo, double* to_hi) {
-  using Mask = decltype(TwoRows{} >= TwoRows{});  // all ones or all zeros
+  using Mask = decltype(Two{} >= Two{});  // all ones or all zeros
   Mask good = ~Mask{};
   Mask equal{};
   int i = 0;
   for (; i + 2 <= rows; i += 2) {
-    TwoRows low;
-    TwoRows high;
-    TwoRows cost;
+    Two low;
+    Two high;
+    Two cost;
     Load(lo + i, low);
     Load(hi + i, high);
     Load(price + i, cost);
-    const TwoRows gap = high - low;  // no number for inf, inf
+    const Two gap = high - low;  // no number for inf, inf
     good &= (gap >= 0) & (cost >= 0);
     equal |= gap == 0;
     Store(low, to_lo + i);
