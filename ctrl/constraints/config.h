@@ -56,7 +56,7 @@ struct ConstraintConfig {
   double self_margin_m = 0.02;
 
   /// Planes are slabs (PointToSlab): so much wider than the rectangle that was seen, and so deep.
-  double plane_inflation_m = 0.15;
+  double plane_inflation_m = 0.2;
   double plane_behind_m = 0.15;
   double near_vertical_nz = 0.3;  ///< |n_z| below which a plane stops the base
   /// The seen part of a pipe's axis counts as this much longer at either end. On the axis that

@@ -12,7 +12,7 @@ struct RobotPoint {
   Mat<3, kControls> J = Mat<3, kControls>::Zero();  ///< v_WT = J u
   double r_m = 0;                                   ///< of the ball about it
   double buffer_mps = 0;                            ///< HoldBuffer of J
-  PointSpread spread;                               ///< zero when q is known
+  PointSpread spread;                               ///< by the joints; zero when q is known
 };
 
 /// What a period of constant u can take from a distance beyond its rate at the start, per period:

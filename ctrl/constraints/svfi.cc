@@ -159,15 +159,23 @@ VelocityCone VoxelCone(const Matrix3d& B, double sigma_m, double eta_1ps) {
   return cone;
 }
 
-PointSpread SpreadOf(const StateCovariance& covariance, const Mat<3, kControls>& J) {
-  Matrix3d J_base = Matrix3d::Identity();  // by x, y and φ
-  J_base.col(2) = J.col(1);
-  const Matrix3d by_base = J_base.lazyProduct(covariance.base);
-  PointSpread spread{by_base.lazyProduct(J_base.transpose()), by_base.col(2),
-                     covariance.base(2, 2)};
+PointSpread SpreadOf(const ArmVector& joint_rad2, const Mat<3, kControls>& J) {
+  PointSpread spread;
   for (int j = 0; j < kArmJoints; ++j) {
-    spread.t += covariance.joint_rad2(j) * (J.col(2 + j) * J.col(2 + j).transpose());
+    spread.t += joint_rad2(j) * (J.col(2 + j) * J.col(2 + j).transpose());
   }
+  return spread;
+}
+
+PointSpread WithBase(PointSpread of_joints, const Matrix3d& base, const Mat<3, kControls>& J) {
+  const Vector3d turn = J.col(1);
+  const Vector3d place_phi{base(0, 2), base(1, 2), 0};
+  PointSpread spread = of_joints;
+  spread.t.topLeftCorner<2, 2>() += base.topLeftCorner<2, 2>();
+  spread.t += place_phi * turn.transpose() + turn * place_phi.transpose() +
+              base(2, 2) * (turn * turn.transpose());
+  spread.t_phi += place_phi + base(2, 2) * turn;
+  spread.phi += base(2, 2);
   return spread;
 }
 

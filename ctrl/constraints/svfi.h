@@ -8,10 +8,17 @@
 
 namespace pipewright {
 
-/// What is known of how wrong the robot's q may be: base (x, y, φ) in W, and each joint alone.
+/// What is known of how wrong the robot's q may be: base (x, y, φ) in W, and each joint alone. A
+/// base's error is against what was placed in W by its pose at the time: against the map it is
+/// `base`, against a primitive that was last seen earlier it is more.
 struct StateCovariance {
-  Matrix3d base = Matrix3d::Zero();          ///< m², m rad, rad²
-  ArmVector joint_rad2 = ArmVector::Zero();  ///< variances
+  Matrix3d base = Matrix3d::Zero();                   ///< m², m rad, rad²
+  ArmVector joint_rad2 = ArmVector::Zero();           ///< variances
+  FixedVector<Matrix3d, Scene::kMaxPlanes> to_plane;  ///< as `base`, in the scene's order
+  FixedVector<Matrix3d, Scene::kMaxPipes> to_pipe;
+
+  const Matrix3d& ToPlane(int i) const { return i < to_plane.size() ? to_plane[i] : base; }
+  const Matrix3d& ToPipe(int i) const { return i < to_pipe.size() ? to_pipe[i] : base; }
 };
 
 /// Variance of f = ∇d' J_t u + η (d − d_safe) under the primitive's covariance Σ, as a function of
@@ -75,8 +82,12 @@ struct PointSpread {
   double phi = 0;                     ///< [rad²]
 };
 
-/// J is the point's J_t on the reduced controls: its column 1 is ∂t/∂φ. Some 70 multiply-adds.
-PointSpread SpreadOf(const StateCovariance& covariance, const Mat<3, kControls>& J);
+/// By the joints alone. J is the point's J_t on the reduced controls. Some 60 multiply-adds.
+PointSpread SpreadOf(const ArmVector& joint_rad2, const Mat<3, kControls>& J);
+
+/// And by the base, whose error is independent of theirs. J's column 1 is ∂t/∂φ. Some 30
+/// multiply-adds: for each primitive anew.
+PointSpread WithBase(PointSpread of_joints, const Matrix3d& base, const Mat<3, kControls>& J);
 
 /// Adds to `cone` what the robot does not know of itself: ∇f' Σ ∇f over q = (x, y, φ, q1 ... q7).
 /// q moves the point, ∂t = J_q ∂q, and d is a function of t − θ's place only:

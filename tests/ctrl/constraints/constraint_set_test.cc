@@ -83,7 +83,7 @@ TEST(ConstraintBuilder, StandingStillKeepsEveryHardRowAndTheBox) {
       if (row.price == 0) {
         EXPECT_LE(ChanceExcess(row, Controls::Zero(), set.z), 1e-15);
         EXPECT_GE(FrozenRow(row, u_sent, set.z).hi, 0);
-        EXPECT_GE(TangentCut(row, u_sent, set.z).hi, -1e-15);
+        EXPECT_GE(TangentCut(row, u_sent, set.z).hi, -1e-14);
         EXPECT_GE(WorstCaseRow(row, set.lb, set.ub, set.z).hi, 0);
       }
     }

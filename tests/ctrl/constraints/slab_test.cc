@@ -277,7 +277,7 @@ TEST(ConstraintBuilder, BesideTheEndOfAWallNoRowBeginsWhereItsDistanceIsLost) {
   double least = without_mps;
   for (double x = 1; x < 3.5; x += 0.05) {
     double last = without_mps;
-    for (double y = 2.5; y > 0.6; y -= kStep_m) {
+    for (double y = 2.5; y > 0.52 + config.plane_inflation_m; y -= kStep_m) {
       Configuration q = test::HomeConfiguration();
       q(0) = x;
       q(1) = y;
