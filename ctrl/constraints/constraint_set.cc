@@ -48,6 +48,7 @@ void Clear(ConstraintSet& out) {
   out.rows.clear();
   out.chance.clear();
   out.dropped = out.clamped = out.inside = 0;
+  out.box_part = 1;
   out.clearance = {};
 }
 
@@ -79,7 +80,7 @@ void ConstraintBuilder::Build(const Configuration& q, const Kinematics<kArmJoint
   if (config_.joint_risk) {  // how many rows share the risk does not depend on z
     RowMaker counter(config_, z_, out);
     AddWorldRows(context, scene, field, counter, out.clearance);
-    const Result<double> z = JointChanceQuantile(config_.alpha, out.chance.size());
+    const Result<double> z = JointChanceQuantile(config_.alpha, counter.chance_rows());
     Clear(out);
     out.z = z.ok() ? *z : z_;
   }

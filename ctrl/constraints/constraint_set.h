@@ -38,7 +38,10 @@ struct ConstraintSet {
   ChanceRowSet chance;  ///< stochastic: planes, pipes, obstacle voxels and columns
   double z = 0;         ///< Φ⁻¹ of α or, with joint_risk, of each row's share of it
 
-  int dropped = 0;  ///< rows that did not fit; the nearest are kept
+  int dropped = 0;  ///< rows that did not fit; those that bind first are kept
+  /// What is left of lb, ub and their reach so that no u of it breaks a dropped row: 1, unless the
+  /// rows that the whole box could break are too many.
+  double box_part = 1;
   int clamped = 0;  ///< hard rows at d < d_safe (or, by chance, at less than α standing still)
   int inside = 0;   ///< robot points whose centre is in an obstacle voxel
   Clearances clearance;

@@ -9,29 +9,6 @@ namespace {
 
 constexpr double kNoMotion = 1e-9;  // a row this small moves nothing
 
-/// How much u may still do in a row, m/s: small is urgent.
-double Spare(const Row& row) { return row.hi; }
-double Spare(const ChanceRow& row) { return row.limit; }
-
-/// Adds row, at the expense of the one with most to spare when there is no room. Joint speeds stay.
-template <typename Set, typename R>
-int KeepNearest(Set& set, const R& row) {
-  if (set.push_back(row)) {
-    return 0;
-  }
-  R* most = nullptr;
-  for (R& kept : set) {
-    const bool may_go = (kept.key >> 26) != static_cast<int>(RowKind::kJointVelocity);
-    if (may_go && (most == nullptr || Spare(kept) > Spare(*most))) {
-      most = &kept;
-    }
-  }
-  if (most != nullptr && Spare(*most) > Spare(row)) {
-    *most = row;
-  }
-  return 1;
-}
-
 }  // namespace
 
 double HoldBuffer(const Mat<3, kControls>& J, const Controls& u_max, double period_s) {
@@ -46,7 +23,11 @@ double HoldBuffer(const Mat<3, kControls>& J, const Controls& u_max, double peri
 }
 
 RowMaker::RowMaker(const ConstraintConfig& config, double z, ConstraintSet& out)
-    : config_(config), z_(z), out_(out) {}
+    : config_(config),
+      z_(z),
+      out_(out),
+      plain_(out.rows, {out.lb, out.ub, z}),
+      chance_(out.chance, {out.lb, out.ub, z}) {}
 
 void RowMaker::Distance(const Pair& pair, const Controls& g) {
   if (g.squaredNorm() < kNoMotion * kNoMotion) {
@@ -63,7 +44,7 @@ void RowMaker::Distance(const Pair& pair, const Controls& g) {
     ++out_.clamped;
     Leave(pair, g);
   }
-  Keep(row);
+  plain_.Add(row);
 }
 
 void RowMaker::Chance(const Pair& pair, const Vector3d& gradient_W, const RobotPoint& point,
@@ -86,7 +67,7 @@ void RowMaker::Chance(const Pair& pair, const Vector3d& gradient_W, const RobotP
     Leave({pair.kind, pair.first, pair.second, (row.b - standing) / pair.eta_1ps, pair.eta_1ps, 0},
           -row.a);
   }
-  out_.dropped += KeepNearest(out_.chance, row);
+  chance_.Add(row);
 }
 
 void RowMaker::Creep(const Pair& pair, const RobotPoint& point) {
@@ -99,7 +80,7 @@ void RowMaker::Creep(const Pair& pair, const RobotPoint& point) {
     row.price = config_.Price(pair.kind);
     row.key = RowKey(pair.kind, pair.first, static_cast<std::uint32_t>(16 + i));
     if (row.a.squaredNorm() >= kNoMotion * kNoMotion) {
-      Keep(row);
+      plain_.Add(row);
     }
   }
 }
@@ -111,7 +92,7 @@ void RowMaker::JointSpeed(int control, double speed_radps) {
   row.hi = speed_radps;
   row.price = config_.Price(RowKind::kJointVelocity);
   row.key = RowKey(RowKind::kJointVelocity, control, 0);
-  Keep(row);
+  plain_.Add(row);
 }
 
 void RowMaker::Leave(const Pair& pair, const Controls& g) {
@@ -126,9 +107,15 @@ void RowMaker::Leave(const Pair& pair, const Controls& g) {
   }
 }
 
-void RowMaker::Keep(const Row& row) { out_.dropped += KeepNearest(out_.rows, row); }
-
 void RowMaker::Finish() {
+  out_.dropped = plain_.dropped() + chance_.dropped();
+  out_.box_part = std::clamp(std::min(plain_.held(), chance_.held()), 0.0, 1.0);
+  if (out_.box_part < 1) {
+    out_.lb *= out_.box_part;
+    out_.ub *= out_.box_part;
+    out_.reach_lb = out_.reach_lb.cwiseMax(out_.lb).cwiseMin(out_.ub);
+    out_.reach_ub = out_.reach_ub.cwiseMax(out_.lb).cwiseMin(out_.ub);
+  }
   for (const Row& row : leave_) {
     if (!out_.rows.push_back(row)) {
       return;

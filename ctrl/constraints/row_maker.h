@@ -2,6 +2,7 @@
 #pragma once
 
 #include "ctrl/constraints/constraint_set.h"
+#include "ctrl/constraints/row_selection.h"
 
 namespace pipewright {
 
@@ -11,7 +12,7 @@ struct RobotPoint {
   Mat<3, kControls> J = Mat<3, kControls>::Zero();  ///< v_WT = J u
   double r_m = 0;                                   ///< of the ball about it
   double buffer_mps = 0;                            ///< HoldBuffer of J
-  PointSpread spread;                               ///< zero when q is known
+  PointSpread spread;                               ///< by the joints; zero when q is known
 };
 
 /// What a period of constant u can take from a distance beyond its rate at the start, per period:
@@ -22,9 +23,10 @@ struct RobotPoint {
 /// Distances to convex things are convex in p: only p'' can shorten them further.
 double HoldBuffer(const Mat<3, kControls>& J, const Controls& u_max, double period_s);
 
-/// Turns distances into rows and keeps the nearest of them.
+/// Turns distances into rows, and keeps those that bind first when they are too many.
 class RowMaker {
  public:
+  /// The box of `out` is to be there already.
   RowMaker(const ConstraintConfig& config, double z, ConstraintSet& out);
 
   struct Pair {
@@ -44,16 +46,21 @@ class RowMaker {
   void Creep(const Pair& pair, const RobotPoint& point);
   void JointSpeed(int control, double speed_radps);
 
-  /// Appends the wishes to leave, as far as there is room. Call once, last.
+  /// Chance rows so far, those that did not fit among them.
+  int chance_rows() const { return out_.chance.size() + chance_.dropped(); }
+
+  /// Draws the box in to where the rows that were dropped hold, then appends the wishes to leave,
+  /// as far as there is room. Call once, last.
   void Finish();
 
  private:
   void Leave(const Pair& pair, const Controls& g);
-  void Keep(const Row& row);
 
   const ConstraintConfig& config_;
   double z_;
   ConstraintSet& out_;
+  RowSelection<Row, kMaxPlainRows> plain_;
+  RowSelection<ChanceRow, kMaxChanceRows> chance_;
   FixedVector<Row, 24> leave_;
 };
 

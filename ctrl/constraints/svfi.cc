@@ -73,6 +73,28 @@ VelocityCone PlaneCone(const PlaneEstimate& plane, const Vector3d& p_WT, double 
   return MakeCone<4>(K, h, plane.covariance);
 }
 
+VelocityCone SlabCone(const PlaneEstimate& plane, const Vector3d& p_WT, const Vector3d& gradient_W,
+                      const Matrix3d& B, double eta_1ps) {
+  const Vector3d& n = plane.n_W;
+  const double along_n = n.dot(gradient_W);
+  const double height_m = n.dot(p_WT - plane.p_WCentroid);
+  const Vector3d B_n = B * n;
+  Mat<4, 3> K;
+  K.topRows<3>() = p_WT * B_n.transpose() - height_m * B - gradient_W * n.transpose();
+  K.topRows<3>().diagonal().array() += along_n;
+  K.row(3) = -B_n.transpose();
+  Vec<4> h;
+  h << eta_1ps * (along_n * p_WT - height_m * gradient_W), -eta_1ps * along_n;
+  return MakeCone<4>(K, h, plane.covariance);
+}
+
+Matrix3d SlabCurvature(const PlaneEstimate& plane, const SlabDistance& distance) {
+  Matrix3d R_WP;
+  R_WP << plane.e1_W, plane.e2_W, plane.n_W;
+  const Matrix3d B_P = BoxCurvature({.d_m = distance.d_m, .gradient_W = distance.away_P});
+  return R_WP.lazyProduct(B_P).lazyProduct(R_WP.transpose());
+}
+
 VelocityCone PipeCone(const PipeEstimate& pipe, const AxisDistance& distance, double eta_1ps) {
   const Vector3d& e = distance.to_axis.gradient_W;
   const double rho = distance.to_axis.d_m;
@@ -137,15 +159,23 @@ VelocityCone VoxelCone(const Matrix3d& B, double sigma_m, double eta_1ps) {
   return cone;
 }
 
-PointSpread SpreadOf(const StateCovariance& covariance, const Mat<3, kControls>& J) {
-  Matrix3d J_base = Matrix3d::Identity();  // by x, y and φ
-  J_base.col(2) = J.col(1);
-  const Matrix3d by_base = J_base.lazyProduct(covariance.base);
-  PointSpread spread{by_base.lazyProduct(J_base.transpose()), by_base.col(2),
-                     covariance.base(2, 2)};
+PointSpread SpreadOf(const ArmVector& joint_rad2, const Mat<3, kControls>& J) {
+  PointSpread spread;
   for (int j = 0; j < kArmJoints; ++j) {
-    spread.t += covariance.joint_rad2(j) * (J.col(2 + j) * J.col(2 + j).transpose());
+    spread.t += joint_rad2(j) * (J.col(2 + j) * J.col(2 + j).transpose());
   }
+  return spread;
+}
+
+PointSpread WithBase(PointSpread of_joints, const Matrix3d& base, const Mat<3, kControls>& J) {
+  const Vector3d turn = J.col(1);
+  const Vector3d place_phi{base(0, 2), base(1, 2), 0};
+  PointSpread spread = of_joints;
+  spread.t.topLeftCorner<2, 2>() += base.topLeftCorner<2, 2>();
+  spread.t += place_phi * turn.transpose() + turn * place_phi.transpose() +
+              base(2, 2) * (turn * turn.transpose());
+  spread.t_phi += place_phi + base(2, 2) * turn;
+  spread.phi += base(2, 2);
   return spread;
 }
 

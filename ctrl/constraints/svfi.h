@@ -3,14 +3,22 @@
 
 #include "ctrl/constraints/config.h"
 #include "ctrl/constraints/distance.h"
+#include "perception/plane_slab.h"
 #include "platform/core/status.h"
 
 namespace pipewright {
 
-/// What is known of how wrong the robot's q may be: base (x, y, φ) in W, and each joint alone.
+/// What is known of how wrong the robot's q may be: base (x, y, φ) in W, and each joint alone. A
+/// base's error is against what was placed in W by its pose at the time: against the map it is
+/// `base`, against a primitive that was last seen earlier it is more.
 struct StateCovariance {
-  Matrix3d base = Matrix3d::Zero();          ///< m², m rad, rad²
-  ArmVector joint_rad2 = ArmVector::Zero();  ///< variances
+  Matrix3d base = Matrix3d::Zero();                   ///< m², m rad, rad²
+  ArmVector joint_rad2 = ArmVector::Zero();           ///< variances
+  FixedVector<Matrix3d, Scene::kMaxPlanes> to_plane;  ///< as `base`, in the scene's order
+  FixedVector<Matrix3d, Scene::kMaxPipes> to_pipe;
+
+  const Matrix3d& ToPlane(int i) const { return i < to_plane.size() ? to_plane[i] : base; }
+  const Matrix3d& ToPipe(int i) const { return i < to_pipe.size() ? to_pipe[i] : base; }
 };
 
 /// Variance of f = ∇d' J_t u + η (d − d_safe) under the primitive's covariance Σ, as a function of
@@ -38,6 +46,20 @@ struct VelocityCone {
 /// frame's origin: moving it by o changes t to t − o, d_π to d_π − n'o, and Σ with them.
 VelocityCone PlaneCone(const PlaneEstimate& plane, const Vector3d& p_WT, double eta_1ps);
 
+/// The plane's slab, which moves with (n, d_π) as a rigid body about the rectangle's centroid c,
+/// its turn about n left out. Its points move by δ(x) = n (∂d_π − x'∂n) + n'(x − c) ∂n at x, t's
+/// distance by −e'δ(t), e = ∇d; and e turns by (n × ∂n) × e − B δ(t):
+///
+///   ∂f = (n'e)(v'∂n) − (n'v)(e'∂n) − δ(t)'(B v + η e)
+///
+/// On the face, e = n and B = 0, that is PlaneCone's: along n, ∂n has no part. Where the rectangle
+/// ends is not in Σ: the inflation has to hold it.
+VelocityCone SlabCone(const PlaneEstimate& plane, const Vector3d& p_WT, const Vector3d& gradient_W,
+                      const Matrix3d& B, double eta_1ps);
+
+/// B = ∂²d/∂t² of the distance to a plane's slab: BoxCurvature along its own axes.
+Matrix3d SlabCurvature(const PlaneEstimate& plane, const SlabDistance& distance);
+
 /// Pipe: θ = (p, l, r), first order in θ. With w = t − p, ρ the distance to the axis,
 /// e = ∇d, m = l × e:
 ///   ∂d/∂θ       = [−e; −(l'w) e; −1]
@@ -60,15 +82,20 @@ struct PointSpread {
   double phi = 0;                     ///< [rad²]
 };
 
-/// J is the point's J_t on the reduced controls: its column 1 is ∂t/∂φ. Some 70 multiply-adds.
-PointSpread SpreadOf(const StateCovariance& covariance, const Mat<3, kControls>& J);
+/// By the joints alone. J is the point's J_t on the reduced controls. Some 60 multiply-adds.
+PointSpread SpreadOf(const ArmVector& joint_rad2, const Mat<3, kControls>& J);
+
+/// And by the base, whose error is independent of theirs. J's column 1 is ∂t/∂φ. Some 30
+/// multiply-adds: for each primitive anew.
+PointSpread WithBase(PointSpread of_joints, const Matrix3d& base, const Mat<3, kControls>& J);
 
 /// Adds to `cone` what the robot does not know of itself: ∇f' Σ ∇f over q = (x, y, φ, q1 ... q7).
 /// q moves the point, ∂t = J_q ∂q, and d is a function of t − θ's place only:
 ///
 ///   ∂f/∂q = J_q' ∂f/∂t + (0, 0, 1, 0 ... 0)' w'v,    w = ∇d × z
 ///   ∂f/∂t = B v + η ∇d,   B = ∂²d/∂t²
-///   B = 0 (plane),  mm'/ρ (line, m = l × e),  (I − ee')/ρ (point), BoxCurvature (voxel)
+///   B = 0 (a plane's face),  mm'/ρ (line, m = l × e),  (I − ee')/ρ (point),
+///       BoxCurvature (voxel), SlabCurvature (a plane's border)
 ///
 /// (∂f/∂t)'Σ_t(∂f/∂t) with Σ_t = J_q Σ J_q', which [CFNBV] leaves open, and one term more: v turns
 /// with the base's heading (z is up), so that an error of the base's pose is whole to first order.
@@ -78,7 +105,7 @@ PointSpread SpreadOf(const StateCovariance& covariance, const Mat<3, kControls>&
 /// Independent of the primitive's own Σ. With a zero spread `cone` keeps its bits.
 void AddStateVariance(const PointSpread& spread, const Vector3d& gradient_W, const Matrix3d& B,
                       double eta_1ps, VelocityCone& cone);
-/// The same for a plane, whose B is zero.
+/// The same where B is zero.
 void AddStateVariance(const PointSpread& spread, const Vector3d& gradient_W, double eta_1ps,
                       VelocityCone& cone);
 

@@ -19,33 +19,42 @@ RobotPoint MakePoint(const RowContext& c, int body, const Vector3d& p_L, double 
   point.r_m = r_m;
   point.buffer_mps = HoldBuffer(point.J, c.u_max, c.config.period_s);
   if (c.covariance_q != nullptr) {
-    point.spread = SpreadOf(*c.covariance_q, point.J);
+    point.spread = SpreadOf(c.covariance_q->joint_rad2, point.J);
   }
   return point;
 }
 
 void AddPlane(const RowContext& c, RowKind kind, int index, const PlaneEstimate& plane,
-              double d_safe_m, const RobotPoint& point, RowMaker& maker, Clearances& clearance) {
-  if (!PlaneReaches(plane, point.p_W, c.config.plane_inflation_m, c.config.plane_behind_m)) {
-    return;
-  }
-  const PointDistance distance = PointToPlane(point.p_W, plane);
+              const Matrix3d* base, double d_safe_m, const RobotPoint& point, RowMaker& maker,
+              Clearances& clearance) {
+  const SlabDistance distance =
+      PointToSlab(point.p_W, plane, c.config.plane_inflation_m, c.config.plane_behind_m);
   if (kind == RowKind::kPlane) {
     clearance.plane_m = std::min(clearance.plane_m, distance.d_m - point.r_m);
   }
   const double eta = c.config.eta_1ps;
   const RowMaker::Pair pair{kind, index, plane.id, distance.d_m - d_safe_m, eta, point.buffer_mps};
   if (pair.spare_m <= c.config.consider_m) {
-    VelocityCone cone = PlaneCone(plane, point.p_W, eta);
-    if (c.covariance_q != nullptr) {
-      AddStateVariance(point.spread, distance.gradient_W, eta, cone);
+    const Vector3d& gradient_W = distance.gradient_W;
+    VelocityCone cone;
+    if (distance.on_face()) {  // the usual case
+      cone = PlaneCone(plane, point.p_W, eta);
+      if (base != nullptr) {
+        AddStateVariance(WithBase(point.spread, *base, point.J), gradient_W, eta, cone);
+      }
+    } else {
+      const Matrix3d B = SlabCurvature(plane, distance);
+      cone = SlabCone(plane, point.p_W, gradient_W, B, eta);
+      if (base != nullptr) {
+        AddStateVariance(WithBase(point.spread, *base, point.J), gradient_W, B, eta, cone);
+      }
     }
-    maker.Chance(pair, distance.gradient_W, point, cone);
+    maker.Chance(pair, gradient_W, point, cone);
   }
 }
 
-void AddPipe(const RowContext& c, int index, const PipeEstimate& pipe, const RobotPoint& point,
-             RowMaker& maker, Clearances& clearance) {
+void AddPipe(const RowContext& c, int index, const PipeEstimate& pipe, const Matrix3d* base,
+             const RobotPoint& point, RowMaker& maker, Clearances& clearance) {
   const AxisDistance distance = PointToPipeAxis(point.p_W, pipe, c.config.pipe_inflation_m);
   const double to_surface_m = distance.to_axis.d_m - pipe.radius_m;
   clearance.pipe_m = std::min(clearance.pipe_m, to_surface_m - point.r_m);
@@ -56,8 +65,9 @@ void AddPipe(const RowContext& c, int index, const PipeEstimate& pipe, const Rob
   if (pair.spare_m <= c.config.consider_m) {
     VelocityCone cone = PipeCone(pipe, distance, eta);
     const Vector3d& gradient_W = distance.to_axis.gradient_W;
-    if (c.covariance_q != nullptr) {
-      AddStateVariance(point.spread, gradient_W, PipeCurvature(pipe, distance), eta, cone);
+    if (base != nullptr) {
+      AddStateVariance(WithBase(point.spread, *base, point.J), gradient_W,
+                       PipeCurvature(pipe, distance), eta, cone);
     }
     maker.Chance(pair, gradient_W, point, cone);
   }
@@ -73,10 +83,13 @@ void AddObstacle(const RowContext& c, RowKind kind, int index, std::uint32_t whi
   } else if (eta * spare_m <= c.config.eta_1ps * c.config.consider_m) {
     const Matrix3d B = BoxCurvature(distance);
     VelocityCone cone = VoxelCone(B, c.config.voxel_noise_m, eta);
-    if (c.covariance_q != nullptr && B.isZero(0)) {  // a face, the usual case
-      AddStateVariance(point.spread, distance.gradient_W, eta, cone);
-    } else if (c.covariance_q != nullptr) {
-      AddStateVariance(point.spread, distance.gradient_W, B, eta, cone);
+    if (c.covariance_q != nullptr) {
+      const PointSpread spread = WithBase(point.spread, c.covariance_q->base, point.J);
+      if (B.isZero(0)) {  // a face, the usual case
+        AddStateVariance(spread, distance.gradient_W, eta, cone);
+      } else {
+        AddStateVariance(spread, distance.gradient_W, B, eta, cone);
+      }
     }
     maker.Chance(pair, distance.gradient_W, point, cone);
   }
@@ -118,15 +131,19 @@ void AddWorldRows(const RowContext& c, const Scene& scene, const DistanceField& 
   const auto column = [&field](const Vector3d& p_W) {
     return field.NearestColumn(p_W.x(), p_W.y());
   };
+  const StateCovariance* unsure = c.covariance_q;
+  const auto to_plane = [unsure](int i) { return unsure ? &unsure->ToPlane(i) : nullptr; };
+  const auto to_pipe = [unsure](int i) { return unsure ? &unsure->ToPipe(i) : nullptr; };
   int index = 0;
   for (const BodySphere& sphere : c.shapes.spheres) {
     const RobotPoint point = MakePoint(c, sphere.body, sphere.p_L, sphere.r_m);
-    for (const PlaneEstimate& plane : scene.planes) {
-      const double d_safe_m = std::max(c.config.d_safe_plane_m, sphere.r_m + c.config.margin_m);
-      AddPlane(c, RowKind::kPlane, index, plane, d_safe_m, point, maker, clearance);
+    const double d_safe_m = std::max(c.config.d_safe_plane_m, sphere.r_m + c.config.margin_m);
+    for (int i = 0; i < scene.planes.size(); ++i) {
+      AddPlane(c, RowKind::kPlane, index, scene.planes[i], to_plane(i), d_safe_m, point, maker,
+               clearance);
     }
-    for (const PipeEstimate& pipe : scene.pipes) {
-      AddPipe(c, index, pipe, point, maker, clearance);
+    for (int i = 0; i < scene.pipes.size(); ++i) {
+      AddPipe(c, index, scene.pipes[i], to_pipe(i), point, maker, clearance);
     }
     AddObstacles(c, RowKind::kVoxel, index, point, voxel, maker, clearance);
     ++index;
@@ -137,10 +154,10 @@ void AddWorldRows(const RowContext& c, const Scene& scene, const DistanceField& 
     ++index;
   }
   const RobotPoint center = MakePoint(c, 0, {0, 0, kBaseHeight_m}, 0);
-  for (const PlaneEstimate& plane : scene.planes) {
-    if (std::abs(plane.n_W.z()) < c.config.near_vertical_nz) {
-      AddPlane(c, RowKind::kBasePlane, index, plane, c.config.d_safe_base_plane_m, center, maker,
-               clearance);
+  for (int i = 0; i < scene.planes.size(); ++i) {
+    if (std::abs(scene.planes[i].n_W.z()) < c.config.near_vertical_nz) {
+      AddPlane(c, RowKind::kBasePlane, index, scene.planes[i], to_plane(i),
+               c.config.d_safe_base_plane_m, center, maker, clearance);
     }
   }
 }

@@ -76,13 +76,12 @@ const ControlReport& ControlTask::Step(Time now, const Scene& scene, const Dista
                                        const Goal& goal, TxBatch& base_out, TxBatch& arm_out) {
   report_.now = now;
   report_.state = ReadState(now);
-  const ControlOutput output =
-      law_.Step({.state = report_.state,
-                 .scene = scene,
-                 .field = field,
-                 .goal = goal,
-                 .covariance_q = &uncertainty_.Since(scene.stamp, odometry_)},
-                now);
+  const ControlOutput output = law_.Step({.state = report_.state,
+                                          .scene = scene,
+                                          .field = field,
+                                          .goal = goal,
+                                          .covariance_q = &uncertainty_.Since(scene, odometry_)},
+                                         now);
   report_.wanted = output.u;
   report_.progress = output.progress;
   report_.stats = output.stats;

@@ -58,8 +58,7 @@ void ChanceQp::Pose(const QuadraticCost& cost, const ConstraintSet& set, SvfiMod
 
 const Vec<kMaxRows>& ChanceQp::SolveOnce(Answer& answer) {
   const Controls zero = Controls::Zero();
-  const int left = std::max(kMaxIterations - answer.stats.iterations, 1);
-  solver_.LimitIterations(std::min(QpConfig{}.max_iterations, left));
+  solver_.LimitIterations(std::max(kMaxIterations - answer.stats.iterations, 1));
   const auto& solution = solver_.Solve(qp_, &zero);
   ++answer.stats.rounds;
   answer.stats.iterations += solution.iterations;

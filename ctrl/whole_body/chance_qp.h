@@ -37,7 +37,9 @@ struct ChanceQpStats {
 /// to their worst case. Last, since u = 0 keeps every hard row and the set is convex, u is
 /// shortened until each hard cone holds.
 ///
-/// The cycle's QPs share kMaxIterations; one that finds them used up stops the robot.
+/// The cycle's QPs share kMaxIterations, of which each takes what it needs: the first after nothing
+/// was near, in a place that is inside of everything, has a hundred soft rows to add and more. One
+/// that finds them used up stops the robot.
 ///
 /// The box is first that part of it that the robot can reach in one period, so that the envelope
 /// lets u through as it is. Only when nothing there keeps the rows is it the whole, in which u = 0

@@ -138,6 +138,7 @@ ControlOutput WholeBodyController::Step(const ControlInput& input, Time now) {
   output.stats.rows = constraints_.rows.size() + constraints_.chance.size();
   output.stats.chance_rows = constraints_.chance.size();
   output.stats.dropped_rows = constraints_.dropped;
+  output.stats.box_part = constraints_.box_part;
   output.stats.clamped_rows = constraints_.clamped;
   output.stats.points_inside = constraints_.inside;
   output.stats.clearance = constraints_.clearance;

@@ -22,6 +22,7 @@ struct ControlStats {
   int rows = 0;  ///< of the QP, cuts included
   int chance_rows = 0;
   int dropped_rows = 0;
+  double box_part = 1;    ///< of the box, in which the dropped rows hold
   int clamped_rows = 0;   ///< of pairs that are too near already
   int points_inside = 0;  ///< robot points in obstacle voxels
   ChanceQpStats qp;

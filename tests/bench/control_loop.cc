@@ -63,6 +63,12 @@ void Furnish(test::Cell& cell) {
   cell.AddPipe({0, 0.7, 1.45}, {1.5, 0.7, 1.45}, 0.04);
   cell.AddPipe({0, 0.1, 0.3}, {1.5, 0.1, 0.3}, 0.05);
   cell.AddPipe({0, 1.4, 0.5}, {1.5, 1.4, 0.5}, 0.05);
+  cell.AddPipe({0.55, 0, 1.45}, {0.55, 1.5, 1.45}, 0.04);
+  cell.AddPipe({1.1, 0, 1.35}, {1.1, 1.5, 1.35}, 0.04);
+  cell.AddPipe({0, 1.4, 0.8}, {1.5, 1.4, 0.8}, 0.05);
+  cell.AddPipe({0, 0.1, 1.0}, {1.5, 0.1, 1.0}, 0.05);
+  cell.AddPipe({1.4, 0, 0.5}, {1.4, 1.5, 0.5}, 0.05);
+  cell.AddPipe({1.38, 0, 1.25}, {1.38, 1.5, 1.25}, 0.05);
   cell.AddBox({0, 0, 1.56}, {1.5, 1.5, 1.59});
   cell.AddPlane({0.75, 0.75, 1.55}, Vector3d::UnitY(), Vector3d::UnitX(), 0.75, 0.75);
   for (PlaneEstimate& plane : cell.scene().planes) {

@@ -27,9 +27,9 @@ double Work(const QpSpy::Solve& solve) {
 }
 
 /// What of the law's promises this answer breaks; empty: none.
-std::string Trouble(const ControlOutput& output, const ConstraintSet& set, int iterations_max) {
+std::string Trouble(const ControlOutput& output, const ConstraintSet& set) {
   const ChanceQpStats& qp = output.stats.qp;
-  const bool many = iterations_max > QpConfig{}.max_iterations;
+  const bool many = qp.iterations > ChanceQp::kMaxIterations;
   const Controls& u = output.u;
   if (!u.allFinite()) {
     return "not-finite";
@@ -115,7 +115,7 @@ const std::vector<CycleCost>& CaseRunner::Run(const CycleCase& c) {
         cost.in_solver += solve.instructions;
         cost.iterations_max = std::max(cost.iterations_max, solve.iterations);
       }
-      cost.trouble = Trouble(output, law->constraints(), cost.iterations_max);
+      cost.trouble = Trouble(output, law->constraints());
       if (static_cast<int>(cost.solves.size()) != output.stats.qp.rounds) {
         cost.trouble = "solver-unseen";
       }

@@ -83,7 +83,7 @@ TEST(ConstraintBuilder, StandingStillKeepsEveryHardRowAndTheBox) {
       if (row.price == 0) {
         EXPECT_LE(ChanceExcess(row, Controls::Zero(), set.z), 1e-15);
         EXPECT_GE(FrozenRow(row, u_sent, set.z).hi, 0);
-        EXPECT_GE(TangentCut(row, u_sent, set.z).hi, -1e-15);
+        EXPECT_GE(TangentCut(row, u_sent, set.z).hi, -1e-14);
         EXPECT_GE(WorstCaseRow(row, set.lb, set.ub, set.z).hi, 0);
       }
     }
@@ -98,11 +98,13 @@ TEST(ConstraintBuilder, KeepsTheNearestRowsWhenThereAreTooMany) {
   Rng rng(2);
   ConstraintConfig config;
   ConstraintSet set;
+  set.lb.setConstant(-1);
   RowMaker maker(config, 0, set);
   for (int i = 0; i < 300; ++i) {
     maker.Distance({RowKind::kVoxel, i, 0, rng.Uniform(0, 0.5), 1, 0}, Controls::Ones());
   }
   maker.Distance({RowKind::kVoxel, 999, 0, 0.001, 1, 0}, Controls::Ones());
+  maker.Finish();
   EXPECT_TRUE(set.rows.full());
   EXPECT_EQ(set.dropped, 301 - kMaxPlainRows);
   bool found = false;
@@ -113,6 +115,85 @@ TEST(ConstraintBuilder, KeepsTheNearestRowsWhenThereAreTooMany) {
   }
   EXPECT_TRUE(found);
   EXPECT_LT(most, 0.5 * kMaxPlainRows / 300 * 1.3);  // about the nearest third
+}
+
+/// The cones that `u` breaks, of the rows of all planes and pipes of the scene, built one by one.
+int Broken(const ConstraintConfig& config, const Configuration& q, const Controls& u_sent,
+           const Scene& scene, const DistanceField& field, const Controls& u) {
+  int broken = 0;
+  const auto count = [&](const Scene& alone) {
+    static ConstraintSet set;
+    Build(config, q, u_sent, alone, field, set);
+    EXPECT_FALSE(set.chance.full());
+    for (const ChanceRow& row : set.chance) {
+      broken += ChanceExcess(row, u, set.z) > 1e-12 ? 1 : 0;
+    }
+  };
+  for (const PlaneEstimate& plane : scene.planes) {
+    Scene alone;
+    EXPECT_TRUE(alone.planes.push_back(plane));
+    count(alone);
+  }
+  for (const PipeEstimate& pipe : scene.pipes) {
+    Scene alone;
+    EXPECT_TRUE(alone.pipes.push_back(pipe));
+    count(alone);
+  }
+  return broken;
+}
+
+/// A fast robot among more surfaces than there is room for: whatever it does in the box it is
+/// given, as long as it keeps the rows it is given, it keeps those that were dropped.
+TEST(ConstraintBuilder, NoControlThatKeepsTheRowsBreaksOneThatWasDropped) {
+  const test::VoxelWorld world;
+  int dropped = 0;
+  int drawn_in = 0;
+  int asked = 0;
+  for (int i = 0; i < 60; ++i) {
+    SCOPED_TRACE(i);
+    Rng rng(6, i);
+    ConstraintConfig config;
+    config.alpha = 0.95;
+    config.price.fill(0);
+    config.price[static_cast<int>(RowKind::kRecovery)] = 5e3;
+    const Configuration q = RandomConfiguration(rng);
+    Scene scene;
+    const Kinematics<kArmJoints> k(TracerUf7(), q);
+    for (std::uint32_t p = 1; p <= 14; ++p) {  // about the robot, none of them touching it
+      const Vector3d n = RandomDirection(rng);
+      const double away_m = 1 + rng.Uniform(0, 0.2);
+      ASSERT_TRUE(scene.planes.push_back(
+          MakePlane(p, k.p_WS() - away_m * n, n, 3, rng.Uniform(0, 0.01), 0.01)));
+      ASSERT_TRUE(scene.pipes.push_back(MakePipe(p, k.p_WS() + away_m * n, n.unitOrthogonal(), 0.06,
+                                                 0.7, rng.Uniform(0, 0.02), 0.01)));
+    }
+    config.consider_m = 2;
+    config.period_s = 0.1;  // much may change in it
+    const Controls u_sent = 4 * RandomControls(rng);
+    static ConstraintSet set;
+    Build(config, q, u_sent, scene, world.field(), set);
+    dropped += set.dropped;
+    drawn_in += set.box_part < 1 ? 1 : 0;
+    for (int draw = 0; draw < 20; ++draw) {
+      Controls u;
+      for (int c = 0; c < kControls; ++c) {
+        u(c) = rng.Uniform() < 0.5 ? set.lb(c) : set.ub(c);
+      }
+      const auto keeps = [](const ChanceRow& row, const Controls& at) {
+        return ChanceExcess(row, at, set.z) <= 1e-12;
+      };
+      for (const ChanceRow& row : set.chance) {  // back until the rows that are there hold
+        while (!keeps(row, u)) {
+          u *= u.cwiseAbs().maxCoeff() > 1e-3 ? 0.8 : 0;
+        }
+      }
+      asked += u.isZero(0) ? 0 : 1;
+      EXPECT_EQ(Broken(config, q, u_sent, scene, world.field(), u), 0);
+    }
+  }
+  EXPECT_GT(dropped, 1000);
+  EXPECT_GT(drawn_in, 5);
+  EXPECT_GT(asked, 500);
 }
 
 TEST(ConstraintBuilder, AnUnseenWorldAllowsNoMotion) {

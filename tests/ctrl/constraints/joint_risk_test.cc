@@ -60,7 +60,7 @@ TEST(ConstraintBuilder, SharesTheRiskAmongTheRowsThatAreThere) {
     const int rows = joint.chance.size();
     most = std::max(most, rows);
     EXPECT_EQ(rows, alone.chance.size());
-    EXPECT_EQ(joint.z, *JointChanceQuantile(0.9, rows));
+    EXPECT_EQ(joint.z, *JointChanceQuantile(0.9, rows + joint.dropped));  // they share it, too
     EXPECT_EQ(joint.dropped, alone.dropped);
     EXPECT_EQ(joint.clearance.plane_m, alone.clearance.plane_m);
     for (const ChanceRow& row : joint.chance) {  // hard or soft, made with the z that is told

@@ -68,7 +68,8 @@ struct Pair {
     const Kinematics<kArmJoints> k = At(q);
     const Vector3d t = k.Point(body, p_L);
     VelocityCone cone;
-    const PointSpread spread = SpreadOf(covariance, k.PointJacobian(body, p_L));
+    const Mat<3, kControls> J = k.PointJacobian(body, p_L);
+    const PointSpread spread = WithBase(SpreadOf(covariance.joint_rad2, J), covariance.base, J);
     const Vector3d e = Distance(t).gradient_W;
     if (is_plane) {
       AddStateVariance(spread, e, kEta_1ps, cone);

@@ -3,7 +3,11 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
 #include <vector>
+
+#include "platform/core/rng.h"
 
 namespace pipewright {
 namespace {
@@ -26,13 +30,19 @@ struct Drive {
   std::vector<BasePose> poses;
 };
 
+Scene SceneAt(Time stamp) {
+  Scene scene;
+  scene.stamp = stamp;
+  return scene;
+}
+
 TEST(StateUncertainty, IsOfWhatWasDrivenSinceTheScenesStamp) {
   Drive drive;
   drive.To(50);
-  drive.uncertainty.Since(Time{milliseconds(20 * 40 + 7)}, drive.odometry);
+  drive.uncertainty.Since(SceneAt(Time{milliseconds(20 * 40 + 7)}), drive.odometry);
   drive.To(60);
   const StateCovariance& now =
-      drive.uncertainty.Since(Time{milliseconds(20 * 40 + 7)}, drive.odometry);
+      drive.uncertainty.Since(SceneAt(Time{milliseconds(20 * 40 + 7)}), drive.odometry);
   EXPECT_EQ(now.base, drive.odometry.CovarianceSince(drive.poses[40]));
   // 0.2 m ahead: the slip's 1 cm at 1 m, with the root.
   EXPECT_NEAR(now.base(0, 0), 1e-4 * 0.2, 1e-6);
@@ -44,29 +54,124 @@ TEST(StateUncertainty, GrowsUntilANewSceneComesHoweverLongThatTakes) {
   Drive drive;
   drive.To(10);
   const Time stamp{milliseconds(20 * 10)};
-  double last = drive.uncertainty.Since(stamp, drive.odometry).base(0, 0);
+  double last = drive.uncertainty.Since(SceneAt(stamp), drive.odometry).base(0, 0);
   for (int report = 20; report <= 400; report += 10) {  // far longer than poses are held
     drive.To(report);
-    const double now = drive.uncertainty.Since(stamp, drive.odometry).base(0, 0);
+    const double now = drive.uncertainty.Since(SceneAt(stamp), drive.odometry).base(0, 0);
     EXPECT_NEAR(now - last, 1e-4 * 0.1, 1e-6);
     last = now;
   }
   const Time newer{milliseconds(20 * 395)};
-  EXPECT_LT(drive.uncertainty.Since(newer, drive.odometry).base(0, 0), 0.1 * last);
+  EXPECT_LT(drive.uncertainty.Since(SceneAt(newer), drive.odometry).base(0, 0), 0.1 * last);
 }
 
 TEST(StateUncertainty, OfASceneThatIsTooOldTheOldestPoseCounts) {
   Drive drive;
   drive.To(200);
-  const StateCovariance& now = drive.uncertainty.Since(Time{}, drive.odometry);
+  const StateCovariance& now = drive.uncertainty.Since(Scene{}, drive.odometry);
   EXPECT_EQ(now.base, drive.odometry.CovarianceSince(drive.poses[200 - 63]));
+}
+
+/// A scene of that stamp with one plane and one pipe, last seen when they were.
+Scene SceneOf(Time stamp, Time plane_seen, Time pipe_seen) {
+  Scene scene = SceneAt(stamp);
+  PlaneEstimate plane;
+  plane.id = 7;
+  plane.last_seen = plane_seen;
+  EXPECT_TRUE(scene.planes.push_back(plane));
+  PipeEstimate pipe;
+  pipe.id = 9;
+  pipe.last_seen = pipe_seen;
+  EXPECT_TRUE(scene.pipes.push_back(pipe));
+  return scene;
+}
+
+TEST(StateUncertainty, OfEachPrimitiveIsWhatWasDrivenSinceItWasLastSeen) {
+  Drive drive;
+  const auto at = [](int report) { return Time{milliseconds(20 * report)}; };
+  for (int report = 10; report <= 500; report += 10) {  // far longer than poses are held
+    drive.To(report);
+    const int plane_seen = report <= 100 ? report : 100;
+    const int pipe_seen =
+        report <= 300 ? std::min(report, 20) : 300;  // out of view, seen again, out of view
+    const StateCovariance& now =
+        drive.uncertainty.Since(SceneOf(at(report), at(plane_seen), at(pipe_seen)), drive.odometry);
+    EXPECT_EQ(now.base, drive.odometry.CovarianceSince(drive.odometry.pose()));
+    EXPECT_EQ(now.ToPlane(0), drive.odometry.CovarianceSince(drive.poses[plane_seen])) << report;
+    if (report <= 300 && report >= 20) {
+      EXPECT_EQ(now.ToPipe(0), drive.odometry.CovarianceSince(drive.poses[20])) << report;
+    }
+  }
+}
+
+/// What the odometry holds while the wheels slip as it is told they do. The primitive is placed in
+/// W by the pose that is held when it is seen, so what is wrong later is the pose relative to that.
+TEST(StateUncertainty, IsTheSpreadOfWhatTheWheelsSlippedSince) {
+  constexpr int kReports = 250;  // 5 s
+  constexpr int kPlaneSeen = 40;
+  constexpr int kPipeSeen = 170;
+  constexpr int kDraws = 4000;
+  const WheelOdometryConfig config;
+  WheelOdometry odometry(config);
+  StateUncertainty uncertainty(0);
+  std::vector<BasePose> held;
+  double left_m = 0;
+  double right_m = 0;
+  const StateCovariance* now = nullptr;
+  for (int k = 0; k <= kReports; ++k) {
+    const double turn_radps = k < 120 ? 0.5 : -0.3;
+    ASSERT_EQ(odometry.Step(Time{milliseconds(20 * k)}, 0.4, turn_radps, left_m, right_m),
+              Status::kOk);
+    left_m += 0.02 * (0.4 - turn_radps * config.track_m / 2);
+    right_m += 0.02 * (0.4 + turn_radps * config.track_m / 2);
+    uncertainty.Add(odometry.pose());
+    held.push_back(odometry.pose());
+    const Time stamp{milliseconds(20 * k)};
+    now = &uncertainty.Since(SceneOf(stamp, std::min(stamp, Time{milliseconds(20 * kPlaneSeen)}),
+                                     std::min(stamp, Time{milliseconds(20 * kPipeSeen)})),
+                             odometry);
+  }
+  for (const bool of_plane : {true, false}) {
+    const int seen = of_plane ? kPlaneSeen : kPipeSeen;
+    Rng rng(1, seen);
+    Matrix3d sum = Matrix3d::Zero();
+    for (int draw = 0; draw < kDraws; ++draw) {
+      double x = held[seen].x_m;  // the way as it was, from the pose that counts as known
+      double y = held[seen].y_m;
+      double phi = held[seen].phi_rad;
+      for (int k = seen; k < kReports; ++k) {
+        const double step =
+            std::hypot(held[k + 1].x_m - held[k].x_m, held[k + 1].y_m - held[k].y_m);
+        const double turn = held[k + 1].phi_rad - held[k].phi_rad;
+        const double forward = step + config.slip_m * std::sqrt(step) * rng.Normal();
+        const double turned =
+            turn + rng.Normal() * std::sqrt(std::pow(config.slip_rad_per_m, 2) * step +
+                                            std::pow(config.slip_rad_per_rad, 2) * std::abs(turn));
+        x += forward * std::cos(phi + turned / 2);
+        y += forward * std::sin(phi + turned / 2);
+        phi += turned;
+      }
+      const Vector3d off{x - held[kReports].x_m, y - held[kReports].y_m,
+                         phi - held[kReports].phi_rad};
+      sum += off * off.transpose() / kDraws;
+    }
+    const Matrix3d& stated = of_plane ? now->ToPlane(0) : now->ToPipe(0);
+    for (int i = 0; i < 3; ++i) {  // the rounding of the wheels' counters comes on top
+      EXPECT_NEAR(std::sqrt(stated(i, i) / sum(i, i)), 1, 0.06) << seen << ", " << i;
+      for (int j = 0; j < i; ++j) {
+        const double scale = std::sqrt(sum(i, i) * sum(j, j));
+        EXPECT_NEAR(stated(i, j) / scale, sum(i, j) / scale, 0.08) << seen << ", " << i << j;
+      }
+    }
+    EXPECT_GT(sum(1, 1), 4 * now->base(1, 1));  // since the scene's stamp it would be far less
+  }
 }
 
 TEST(StateUncertainty, BeforeTheFirstReportOnlyTheJointsAreUnsure) {
   StateUncertainty uncertainty(1e-3);
   const WheelOdometry odometry;
-  EXPECT_TRUE(uncertainty.Since(Time{}, odometry).base.isZero(0));
-  EXPECT_NEAR(uncertainty.Since(Time{}, odometry).joint_rad2(0), 1e-6, 1e-15);
+  EXPECT_TRUE(uncertainty.Since(Scene{}, odometry).base.isZero(0));
+  EXPECT_NEAR(uncertainty.Since(Scene{}, odometry).joint_rad2(0), 1e-6, 1e-15);
 }
 
 }  // namespace
