@@ -168,6 +168,7 @@ class QpSolver {
   qp::InverseFactor<n> J_;  ///< of H with the folded rows
   qp::FoldedRow<n> folded_[m];
   int folded_count_ = 0;
+  int begun_ = 0;       ///< the solve's iterations when this start began
   double widened_ = 1;  ///< factor of the tolerance
   bool fold_ = true;    ///< this start, what a warm one remembers
   double lost_ = 1;     ///< factor by which S has become less accurate

@@ -42,6 +42,7 @@ template <int n, int m>
 typename QpSolver<n, m>::Step QpSolver<n, m>::Start(const Problem& qp) {
   set_.clear();
   folded_count_ = 0;
+  begun_ = solution_.iterations;
   lost_ = 1;
   widened_ = 1;
   const Step step = Prepare(qp);
@@ -53,7 +54,7 @@ template <int n, int m>
 typename QpSolver<n, m>::Step QpSolver<n, m>::Count() {
   ++solution_.iterations;
   if (fold_ && folded_count_ > 0 && set_.size() < kMaxActive / 2 &&
-      4 * solution_.iterations > config_.max_iterations) {
+      4 * (solution_.iterations - begun_) > config_.max_iterations) {
     return Step::kWornOut;
   }
   return solution_.iterations > config_.max_iterations ? Step::kCapped : Step::kGoOn;
