@@ -56,6 +56,10 @@ class QpSolver {
   ///                  or nullptr. When the solve is capped the answer lies between it and the
   ///                  last iterate, at the last point that satisfies every hard row.
   /// The result stays valid until the next call. Nothing of a failed solve is carried to the next.
+  ///
+  /// A start that does not end is followed by another, while iterations are left: with the active
+  /// set folded when that is full, unfolded when folding wore the factor out, and from no active
+  /// set when a remembered one is ill conditioned.
   const QpSolution<n, m>& Solve(const QpProblem<n, m>& qp, const Vec<n>* feasible = nullptr);
 
   /// Of the solves to come; at least 1.
@@ -80,7 +84,8 @@ class QpSolver {
   static constexpr double kTiny = 1e-300;
   static constexpr double kNearlyAsMuch = 0.6;  ///< of the most violated: worth a step, too
   static constexpr double kLost = 1e6;  ///< of S's accuracy to rows taken out: more, and fold none
-  static constexpr int kMaxCandidates = 8;  ///< of one sweep
+  static constexpr int kMaxCandidates = 8;                   ///< of one sweep
+  static constexpr int kMaxRestarts = 2 + 2 * m / kMaxSoft;  ///< of a solve: see Solve
   static constexpr int kMaxRefinements = 4;
   static constexpr int kMaxRescues = 2;
   static constexpr double kWider = 10;      ///< times the tolerance, where rows are dependent

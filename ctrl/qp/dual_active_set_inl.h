@@ -20,18 +20,16 @@ const QpSolution<n, m>& QpSolver<n, m>::Solve(const Problem& qp, const Vec<n>* f
   solution_.conflict.clear();
   fold_ = true;
   Step step = Start(qp);
-  if (step == Step::kWornOut) {
-    RememberActiveSet(qp);
-    fold_ = false;
-    step = Start(qp);
-  }
-  for (int i = 0; i < m / kMaxSoft && step == Step::kFull; ++i) {
-    RememberActiveSet(qp);
-    fold_ = true;
-    step = Start(qp);
-  }
-  if ((step == Step::kIllConditioned || step == Step::kWornOut) && warm_size_ > 0) {
-    ForgetActiveSet();  // perhaps it is the seed that was
+  for (int i = 0; i < kMaxRestarts; ++i) {
+    if (step == Step::kFull || (step == Step::kWornOut && fold_)) {
+      RememberActiveSet(qp);
+      fold_ = step == Step::kFull;
+    } else if ((step == Step::kIllConditioned || step == Step::kWornOut) && warm_size_ > 0) {
+      ForgetActiveSet();  // perhaps it is the seed that was
+      fold_ = true;
+    } else {
+      break;
+    }
     step = Start(qp);
   }
   Report(qp, step, feasible);
