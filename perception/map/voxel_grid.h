@@ -34,6 +34,13 @@ struct RayHit {
   VoxelIndex end;    ///< that voxel, or the last one looked at
 };
 
+/// What a segment passed.
+struct SegmentTrace {
+  int unknown = 0;   ///< unknown voxels before its end
+  bool hit = false;  ///< it ended at an occupied voxel
+  VoxelIndex end;    ///< that voxel
+};
+
 /// Occupancy of a box of voxels, by OctoMap's rules, on memory that is fixed at construction.
 ///
 /// Log-odds lie in bricks of 8x8x8 out of a pool; a dense table over the box says which brick is
@@ -109,6 +116,12 @@ class VoxelGrid {
   /// The same for many directions from one origin: hits[i] is that of directions_W[i].
   void CastRays(const Vector3f& origin_W, const Vector3f* directions_W, int count,
                 double max_range_m, bool ignore_unknown, RayHit* hits) const;
+
+  /// Each segment from the origin to ends_W[i]: along the voxels of OctoMap's computeRayKeys (see
+  /// RayWalk), until the first occupied one, the end's voxel or the end of the box. Nothing is
+  /// passed from an origin outside the box.
+  void TraceSegments(const Vector3f& origin_W, const Vector3f* ends_W, int count,
+                     SegmentTrace* traces) const;
 
   const MapConfig& config() const { return config_; }
   VoxelIndex VoxelOf(const Vector3d& p_W) const;
