@@ -35,9 +35,10 @@ class ScanInserter {
   /// has a ray of its own.
   ScanStats InsertDiscretized(const Vector3f* points_W, int count) {
     stats_.points = count;
-    OpenWindow(-1);
+    OpenWindow(-1);  // points may lie farther off than their rays go
     const int ends = CollectEnds(points_W, count);
     window_.ClearHits();
+    OpenWindow(max_range_m_);
     for (int i = 0; i < ends; ++i) {
       TakeCenterOf(points_W[grid_.ends_[i]]);
     }
@@ -71,6 +72,7 @@ class ScanInserter {
     window_.Open(lo, hi);
     if (origin_in_box_) {
       origin_.index = window_.IndexOf(origin_voxel_);
+      origin_.stride[0] = 1;
       origin_.stride[1] = window_.stride_y();
       origin_.stride[2] = window_.stride_z();
     }
@@ -85,11 +87,7 @@ class ScanInserter {
       return;
     }
     fan::Clip(origin_, points_W->data(), n, max_range_m_, ends_W_->data(), hit_index_);
-    for (int i = 0; i < n; ++i) {
-      if (hit_index_[i] >= 0 && !window_.Hit(hit_index_[i])) {
-        window_.SetHit(hit_index_[i]);
-      }
-    }
+    window_.SetHits(hit_index_, n, [](int) {});
     const int unsure = fan::Mark(origin_, ends_W_->data(), n, window_.passed(), redo_);
     for (int i = 0; i < unsure; ++i) {
       Walk(ends_W_[redo_[i]]);
@@ -133,29 +131,31 @@ class ScanInserter {
   int CollectEnds(const Vector3f* points_W, int count) {
     const auto capacity = static_cast<int>(grid_.ends_.size());
     int ends = 0;
-    outside_ = origin_in_box_ ? 0 : count;
-    for (int from = 0; origin_in_box_ && from < count; from += kChunk) {
+    int inside = 0;
+    for (int from = 0; from < count; from += kChunk) {
       const int n = std::min(kChunk, count - from);
-      fan::Cells(origin_, points_W[from].data(), n, hit_index_);
+      FindCells(points_W + from, n);
       for (int i = 0; i < n; ++i) {
-        const int cell = hit_index_[i];
-        if (cell < 0) {
-          ++outside_;
-        } else if (!window_.Hit(cell)) {
-          window_.SetHit(cell);
-          ends < capacity ? grid_.ends_[ends++] = from + i : ++stats_.rejected;
-        }
+        inside += hit_index_[i] >= 0 ? 1 : 0;
       }
+      window_.SetHits(hit_index_, n, [&](int i) {
+        ends < capacity ? grid_.ends_[ends++] = from + i : ++stats_.rejected;
+      });
     }
-    for (int i = 0; !origin_in_box_ && i < count; ++i) {
-      VoxelIndex v;
-      if (key_math::VoxelOf(points_W[i], width_inv_, &v) && grid_.InBox(v) &&
-          !window_.Hit(window_.IndexOf(v))) {
-        window_.SetHit(window_.IndexOf(v));
-        ends < capacity ? grid_.ends_[ends++] = i : ++stats_.rejected;
-      }
-    }
+    outside_ = count - inside;
     return ends;
+  }
+
+  void FindCells(const Vector3f* points_W, int n) {
+    if (origin_in_box_) {
+      fan::Cells(origin_, points_W->data(), n, hit_index_);
+      return;
+    }
+    for (int i = 0; i < n; ++i) {
+      VoxelIndex v;
+      const bool in_box = key_math::VoxelOf(points_W[i], width_inv_, &v) && grid_.InBox(v);
+      hit_index_[i] = in_box ? window_.IndexOf(v) : -1;
+    }
   }
 
   void TakeCenterOf(const Vector3f& p_W) {

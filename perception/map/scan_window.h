@@ -28,7 +28,10 @@ class ScanWindow {
 
   void SetHit(int index) { Set(hits_, index); }
   void SetPassed(int index) { Set(passed_, index); }
-  bool Hit(int index) const { return ((hits_[index >> 5] >> (index & 31)) & 1U) != 0; }
+  /// Sets those of n bits whose index is not negative, and calls fresh(i) for each that was not
+  /// set.
+  template <typename Fresh>
+  void SetHits(const int* index, int n, Fresh fresh);
   std::uint32_t* passed() { return passed_.data(); }
   void ClearHits();
 
@@ -53,6 +56,18 @@ class ScanWindow {
   Bits passed_;
   Bits hits_;
 };
+
+template <typename Fresh>
+void ScanWindow::SetHits(const int* index, int n, Fresh fresh) {
+  std::uint32_t* const bits = hits_.data();
+  for (int i = 0; i < n; ++i) {
+    const int at = index[i];
+    if (at >= 0 && ((bits[at >> 5] >> (at & 31)) & 1U) == 0) {
+      bits[at >> 5] |= 1U << (at & 31);
+      fresh(i);
+    }
+  }
+}
 
 template <typename Visit>
 void ScanWindow::TakeRows(Visit visit) {

@@ -18,10 +18,10 @@ using Checksum = std::array<std::int64_t, 4>;
 class OurMap {
  public:
   explicit OurMap(const MapScene& scene);
-  void Insert(bool discretize);
+  void Insert(std::size_t scan, bool discretize);
   Checksum Known() const;
-  Checksum CastRays();  ///< of all views, unknown voxels ignored, 5 m
-  Checksum EvaluateViews();
+  Checksum CastRays(std::size_t view);  ///< unknown voxels ignored, 5 m
+  Checksum Evaluate(std::size_t view);
 
  private:
   const MapScene& scene_;
@@ -35,10 +35,10 @@ class OurMap {
 class OctomapMap {
  public:
   explicit OctomapMap(const MapScene& scene);
-  void Insert(bool discretize);
+  void Insert(std::size_t scan, bool discretize);
   Checksum Known() const;
-  Checksum CastRays();
-  Checksum EvaluateViews();
+  Checksum CastRays(std::size_t view);
+  Checksum Evaluate(std::size_t view);
 
  private:
   const MapScene& scene_;
