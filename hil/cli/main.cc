@@ -5,6 +5,7 @@
 
 #include "hil/cli/inspect_command.h"
 #include "hil/cli/map_command.h"
+#include "hil/cli/memory_command.h"
 #include "hil/cli/qp_command.h"
 
 namespace {
@@ -31,6 +32,7 @@ int main(int argc, char** argv) {
   int exit_code = 0;
   pipewright::hil::AddInspect(app, &exit_code);
   pipewright::hil::AddMap(app, &exit_code);
+  pipewright::hil::AddMemory(app, &exit_code);
   pipewright::hil::AddQp(app, &exit_code);
   if (argc > 1 && !KnowsCommand(app, argv[1])) {
     return 2;
