@@ -181,19 +181,38 @@ inline void AimAlong(const Origin& o, const float* directions_W, double sure_m, 
 
 typedef std::uint32_t Bits __attribute__((vector_size(kBytes / 2)));
 
-/// Where kHalf points lie in what is marked, or -1 outside the box.
-inline Counts FindCells(const Origin& o, const float* points_W) {
-  Counts outside = {};
-  Bits index = {};
-  int start = o.index;
-  for (int a = 0; a < 3; ++a) {
-    const Counts voxel = Voxels(o, Coordinates(points_W, a));
-    outside |= (voxel < o.voxel[a] - o.to_wall[0][a]) | (voxel > o.voxel[a] + o.to_wall[1][a]);
-    index += (Bits)voxel * static_cast<std::uint32_t>(o.stride[a]);
-    start -= o.voxel[a] * o.stride[a];
+/// The box in registers, and the way from a voxel to its place in what is marked.
+struct CellFinder {
+  explicit CellFinder(const Origin& o) {
+    int begin = o.index;
+    for (int a = 0; a < 3; ++a) {
+      lo[a] = Counts{} + (o.voxel[a] - o.to_wall[0][a]);
+      hi[a] = Counts{} + (o.voxel[a] + o.to_wall[1][a]);
+      stride[a] = Bits{} + static_cast<std::uint32_t>(o.stride[a]);
+      begin -= o.voxel[a] * o.stride[a];
+    }
+    start = Bits{} + static_cast<std::uint32_t>(begin);
+    width_inv = Doubles{} + o.width_inv;
   }
-  return (Counts)(index + static_cast<std::uint32_t>(start)) | outside;
-}
+
+  /// Of kHalf points; -1 outside the box.
+  Counts Find(const float* points_W) const {
+    Counts outside = {};
+    Bits index = start;
+    for (int a = 0; a < 3; ++a) {
+      const Counts voxel = Floor(width_inv * ToDoubles(Coordinates(points_W, a)));
+      outside |= (voxel < lo[a]) | (voxel > hi[a]);
+      index += (Bits)voxel * stride[a];
+    }
+    return (Counts)index | outside;
+  }
+
+  Counts lo[3];
+  Counts hi[3];
+  Bits stride[3];
+  Bits start;
+  Doubles width_inv;
+};
 
 /// Clips kHalf points at the range. @returns ones for those that were
 inline Counts ClipHalf(const Origin& o, const float* points_W, double max_range_m, float* ends_W) {

@@ -107,37 +107,39 @@ int Cast(const Origin& o, const float* directions_W, int n, double sure_m, bool 
 }
 
 void Cells(const Origin& o, const float* points_W, int n, std::int32_t* hit_index) {
+  const CellFinder finder(o);
+  int i = 0;
+  for (; i + kHalf <= n; i += kHalf) {
+    Store(finder.Find(points_W + 3 * i), hit_index + i);
+  }
   float room[3 * kLanes];
-  for (int i = 0; i < n; i += kLanes) {
-    const float* const p = Eight(points_W + 3 * i, n - i, o.p_W, room);
-    std::int32_t index[kLanes];
-    for (int from = 0; from < kLanes; from += kHalf) {
-      Store(FindCells(o, p + 3 * from), index + from);
+  for (; i < n; i += kHalf) {
+    const Counts index = finder.Find(Eight(points_W + 3 * i, n - i, o.p_W, room));
+    for (int l = 0; l < kHalf && i + l < n; ++l) {
+      hit_index[i + l] = index[l];
     }
-    const int count = n - i < kLanes ? n - i : kLanes;
-    __builtin_memcpy(hit_index + i, index, sizeof(index[0]) * static_cast<unsigned>(count));
   }
 }
 
 void Clip(const Origin& o, const float* points_W, int n, double max_range_m, float* ends_W,
           std::int32_t* hit_index) {
+  PIPEWRIGHT_FAN_ISA::Cells(o, points_W, n, hit_index);
   if (max_range_m < 0) {
     __builtin_memcpy(ends_W, points_W, sizeof(float) * 3 * static_cast<unsigned>(n));
-    PIPEWRIGHT_FAN_ISA::Cells(o, points_W, n, hit_index);
     return;
   }
   float room[3 * kLanes];
-  for (int i = 0; i < n; i += kLanes) {
-    const float* const p = Eight(points_W + 3 * i, n - i, o.p_W, room);
-    float end[3 * kLanes];
-    std::int32_t index[kLanes];
-    for (int from = 0; from < kLanes; from += kHalf) {
-      const Counts clipped = ClipHalf(o, p + 3 * from, max_range_m, end + 3 * from);
-      Store(FindCells(o, p + 3 * from) | clipped, index + from);
+  for (int i = 0; i < n; i += kHalf) {
+    float end[3 * kHalf];
+    const Counts clipped =
+        ClipHalf(o, Eight(points_W + 3 * i, n - i, o.p_W, room), max_range_m, end);
+    const int count = n - i < kHalf ? n - i : kHalf;
+    for (int l = 0; l < count; ++l) {
+      hit_index[i + l] |= clipped[l];
     }
-    const auto count = static_cast<unsigned>(n - i < kLanes ? n - i : kLanes);
-    __builtin_memcpy(hit_index + i, index, sizeof(index[0]) * count);
-    __builtin_memcpy(ends_W + 3 * i, end, sizeof(float) * 3 * count);
+    for (int k = 0; k < 3 * count; ++k) {
+      ends_W[3 * i + k] = end[k];
+    }
   }
 }
 

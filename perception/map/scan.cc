@@ -135,10 +135,7 @@ class ScanInserter {
     for (int from = 0; from < count; from += kChunk) {
       const int n = std::min(kChunk, count - from);
       FindCells(points_W + from, n);
-      for (int i = 0; i < n; ++i) {
-        inside += hit_index_[i] >= 0 ? 1 : 0;
-      }
-      window_.SetHits(hit_index_, n, [&](int i) {
+      inside += window_.SetHits(hit_index_, n, [&](int i) {
         ends < capacity ? grid_.ends_[ends++] = from + i : ++stats_.rejected;
       });
     }

@@ -30,8 +30,9 @@ class ScanWindow {
   void SetPassed(int index) { Set(passed_, index); }
   /// Sets those of n bits whose index is not negative, and calls fresh(i) for each that was not
   /// set.
+  /// @returns how many are not negative
   template <typename Fresh>
-  void SetHits(const int* index, int n, Fresh fresh);
+  int SetHits(const int* index, int n, Fresh fresh);
   std::uint32_t* passed() { return passed_.data(); }
   void ClearHits();
 
@@ -58,15 +59,18 @@ class ScanWindow {
 };
 
 template <typename Fresh>
-void ScanWindow::SetHits(const int* index, int n, Fresh fresh) {
+int ScanWindow::SetHits(const int* index, int n, Fresh fresh) {
   std::uint32_t* const bits = hits_.data();
+  int inside = 0;
   for (int i = 0; i < n; ++i) {
     const int at = index[i];
+    inside += at >= 0 ? 1 : 0;
     if (at >= 0 && ((bits[at >> 5] >> (at & 31)) & 1U) == 0) {
       bits[at >> 5] |= 1U << (at & 31);
       fresh(i);
     }
   }
+  return inside;
 }
 
 template <typename Visit>
