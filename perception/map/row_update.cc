@@ -31,7 +31,7 @@ constexpr unsigned kOccupiedBits = 0x5555;
 // outside the box are 0.
 void VoxelGrid::UpdateRow(const VoxelIndex& v, std::uint32_t hits, std::uint32_t misses,
                           ScanStats* stats) {
-  float* const row = LogOddsSlot(v);
+  StoredLogOdds* const row = LogOddsSlot(v);
   if (row == nullptr) {
     const int refused = __builtin_popcount(hits | misses);
     updates_refused_ += refused;
@@ -43,8 +43,9 @@ void VoxelGrid::UpdateRow(const VoxelIndex& v, std::uint32_t hits, std::uint32_t
   std::uint32_t occupied = 0;
   for (std::uint32_t i = 0; i < kRow; ++i) {
     const std::uint32_t bit = 1U << i;
-    const float change = (hits & bit) != 0 ? hit_ : (misses & bit) != 0 ? miss_ : 0;
-    const float log_odds = std::min(std::max(row[i] + change, min_), max_);
+    const StoredLogOdds change = (hits & bit) != 0 ? hit_ : (misses & bit) != 0 ? miss_ : 0;
+    const auto sum = static_cast<StoredLogOdds>(row[i] + change);
+    const StoredLogOdds log_odds = std::min(std::max(sum, min_), max_);
     row[i] = log_odds;
     occupied |= log_odds >= threshold_ ? bit : 0;
   }

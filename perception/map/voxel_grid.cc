@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cassert>
+#include <type_traits>
 
 #include "perception/map/ray_walk.h"
 
@@ -13,8 +14,16 @@ constexpr double kEntropyUnit = 1.0 / (std::int64_t{1} << 40);  // nats; sums of
 constexpr int kEntropyIntervals = 4096;
 constexpr double kLn2 = 0.69314718055994530942;
 
-float LogOddsOf(double probability) {
-  return static_cast<float>(std::log(probability / (1 - probability)));
+StoredLogOdds Stored(float log_odds) {
+  if constexpr (std::is_integral_v<StoredLogOdds>) {
+    return static_cast<StoredLogOdds>(std::lround(log_odds / kLogOddsUnit));
+  } else {
+    return log_odds;
+  }
+}
+
+StoredLogOdds LogOddsOf(double probability) {
+  return Stored(static_cast<float>(std::log(probability / (1 - probability))));
 }
 
 double EntropyOf(double log_odds) {
@@ -55,7 +64,7 @@ VoxelGrid::VoxelGrid(const MapConfig& config)
       min_(LogOddsOf(config.p_min)),
       max_(LogOddsOf(config.p_max)),
       threshold_(LogOddsOf(config.p_occupied)),
-      solid_from_(kSolidHits * hit_),
+      solid_from_(static_cast<StoredLogOdds>(kSolidHits * static_cast<float>(hit_))),
       bricks_x_((config.hi.x >> 3) - (config.lo.x >> 3) + 1),
       bricks_y_((config.hi.y >> 3) - (config.lo.y >> 3) + 1),
       window_(config) {
@@ -70,7 +79,7 @@ VoxelGrid::VoxelGrid(const MapConfig& config)
   entropy_table_.resize(kEntropyIntervals + 2);
   for (int i = 0; i < kEntropyIntervals + 2; ++i) {
     const double log_odds = min_ + (static_cast<double>(max_) - min_) * i / kEntropyIntervals;
-    entropy_table_[i] = std::llround(EntropyOf(log_odds) / kEntropyUnit);
+    entropy_table_[i] = std::llround(EntropyOf(log_odds * kLogOddsUnit) / kEntropyUnit);
   }
   const VoxelIndex& lo = config.workspace_lo;
   const VoxelIndex& hi = config.workspace_hi;
@@ -88,7 +97,7 @@ VoxelState VoxelGrid::State(const VoxelIndex& v) const {
 
 float VoxelGrid::LogOdds(const VoxelIndex& v) const {
   const int brick = InBox(v) ? top_[BrickOf(v)] : -1;
-  return brick < 0 ? 0 : bricks_[brick].log_odds[CellInBrick(v)];
+  return brick < 0 ? 0 : static_cast<float>(bricks_[brick].log_odds[CellInBrick(v)]) * kLogOddsUnit;
 }
 
 bool VoxelGrid::Covered(const VoxelIndex& v) const { return InBox(v) && CoveredAt(IndexOf(v)); }
@@ -127,7 +136,7 @@ int VoxelGrid::BrickOf(const VoxelIndex& v) const {
              (((v.y >> 3) - (config_.lo.y >> 3)) + bricks_y_ * ((v.z >> 3) - (config_.lo.z >> 3)));
 }
 
-float* VoxelGrid::LogOddsSlot(const VoxelIndex& v) {
+StoredLogOdds* VoxelGrid::LogOddsSlot(const VoxelIndex& v) {
   std::int32_t& brick = top_[BrickOf(v)];
   if (brick < 0) {
     if (bricks_used_ == static_cast<int>(bricks_.size())) {
@@ -138,7 +147,7 @@ float* VoxelGrid::LogOddsSlot(const VoxelIndex& v) {
   return &bricks_[brick].log_odds[CellInBrick(v)];
 }
 
-std::int64_t VoxelGrid::EntropyUnits(float log_odds) const {
+std::int64_t VoxelGrid::EntropyUnits(StoredLogOdds log_odds) const {
   const double u = (static_cast<double>(log_odds) - min_) / (static_cast<double>(max_) - min_) *
                    kEntropyIntervals;
   const int i = static_cast<int>(u);
@@ -150,12 +159,13 @@ bool VoxelGrid::Restore(const VoxelIndex& v, float log_odds) {
   if (!InBox(v) || !std::isfinite(log_odds)) {
     return false;
   }
-  float* slot = LogOddsSlot(v);
+  StoredLogOdds* slot = LogOddsSlot(v);
   if (slot == nullptr) {
     ++updates_refused_;
     return false;
   }
-  *slot = std::clamp(log_odds, min_, max_);
+  constexpr float kBeyond = 7;  // any clamp, and what an int16 holds
+  *slot = std::clamp(Stored(std::clamp(log_odds, -kBeyond, kBeyond)), min_, max_);
   Become(IndexOf(v), v, *slot >= threshold_);
   MarkSolid(IndexOf(v), *slot);
   return true;

@@ -42,6 +42,16 @@ struct SegmentTrace {
   VoxelIndex end;    ///< that voxel
 };
 
+/// What a brick stores of a voxel. As int16, in units of 1/4096, a map takes little more than half
+/// the memory; its log-odds are then off by at most half a unit for each scan that saw the voxel.
+#if defined(PIPEWRIGHT_MAP_INT16)
+using StoredLogOdds = std::int16_t;
+inline constexpr float kLogOddsUnit = 1.0F / 4096;
+#else
+using StoredLogOdds = float;
+inline constexpr float kLogOddsUnit = 1;
+#endif
+
 /// Occupancy of a box of voxels, by OctoMap's rules, on memory that is fixed at construction.
 ///
 /// Log-odds lie in bricks of 8x8x8 out of a pool; a dense table over the box says which brick is
@@ -158,7 +168,7 @@ class VoxelGrid {
   /// Voxels that one discretised scan can end in; what is beyond is counted as rejected.
   static constexpr int kDiscretizedEnds = 1 << 16;
   /// Per voxel of an allocated brick: its log-odds and its four bits.
-  static constexpr double kBytesPerVoxel = sizeof(float) + 4.0 / 8;
+  static constexpr double kBytesPerVoxel = sizeof(StoredLogOdds) + 4.0 / 8;
   /// All heap of one grid, in bytes.
   std::int64_t MemoryBytes() const;
 
@@ -172,7 +182,7 @@ class VoxelGrid {
   static constexpr unsigned kOccupiedCode = 3;
 
   struct Brick {
-    float log_odds[kBrickVoxels];
+    StoredLogOdds log_odds[kBrickVoxels];
   };
 
   // Also of voxels outside the box, where it means nothing but can be stepped from.
@@ -197,29 +207,29 @@ class VoxelGrid {
   static int CellInBrick(const VoxelIndex& v) {
     return (v.x & 7) | ((v.y & 7) << 3) | ((v.z & 7) << 6);
   }
-  float* LogOddsSlot(const VoxelIndex& v);
+  StoredLogOdds* LogOddsSlot(const VoxelIndex& v);
   bool Sees(const Vector3d& p_WP, double radius_m, const VoxelIndex& v) const;
   bool Sees(const Vector3d& p_WP, const Vector3d& p_WQ, const VoxelIndex& v) const;
   void UpdateRow(const VoxelIndex& v, std::uint32_t hits, std::uint32_t misses, ScanStats* stats);
   void Become(int index, const VoxelIndex& v, bool occupied);
   void CountChange(unsigned from, unsigned to, bool flag);
-  void MarkSolid(int index, float log_odds) {
+  void MarkSolid(int index, StoredLogOdds log_odds) {
     if (log_odds >= solid_from_) {  // occupied, so an obstacle already: no new revision
       solid_[index >> 6] |= std::uint64_t{1} << (index & 63);
     }
   }
-  std::int64_t EntropyUnits(float log_odds) const;
+  std::int64_t EntropyUnits(StoredLogOdds log_odds) const;
 
   MapConfig config_;
   int nx_ = 0;
   int ny_ = 0;
   int nz_ = 0;
-  float hit_ = 0;  // log-odds, rounded as OctoMap rounds them
-  float miss_ = 0;
-  float min_ = 0;
-  float max_ = 0;
-  float threshold_ = 0;
-  float solid_from_ = 0;
+  StoredLogOdds hit_ = 0;  // rounded as OctoMap rounds them
+  StoredLogOdds miss_ = 0;
+  StoredLogOdds min_ = 0;
+  StoredLogOdds max_ = 0;
+  StoredLogOdds threshold_ = 0;
+  StoredLogOdds solid_from_ = 0;
   int bricks_x_ = 0;
   int bricks_y_ = 0;
   int bricks_used_ = 0;
