@@ -18,7 +18,7 @@ StoredLogOdds Stored(float log_odds) {
   if constexpr (std::is_integral_v<StoredLogOdds>) {
     return static_cast<StoredLogOdds>(std::lround(log_odds / kLogOddsUnit));
   } else {
-    return log_odds;
+    return static_cast<StoredLogOdds>(log_odds);
   }
 }
 
