@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cassert>
+#include <type_traits>
 
 #include "perception/map/ray_walk.h"
 
@@ -13,8 +14,16 @@ constexpr double kEntropyUnit = 1.0 / (std::int64_t{1} << 40);  // nats; sums of
 constexpr int kEntropyIntervals = 4096;
 constexpr double kLn2 = 0.69314718055994530942;
 
-float LogOddsOf(double probability) {
-  return static_cast<float>(std::log(probability / (1 - probability)));
+StoredLogOdds Stored(float log_odds) {
+  if constexpr (std::is_integral_v<StoredLogOdds>) {
+    return static_cast<StoredLogOdds>(std::lround(log_odds / kLogOddsUnit));
+  } else {
+    return static_cast<StoredLogOdds>(log_odds);
+  }
+}
+
+StoredLogOdds LogOddsOf(double probability) {
+  return Stored(static_cast<float>(std::log(probability / (1 - probability))));
 }
 
 double EntropyOf(double log_odds) {
@@ -55,21 +64,22 @@ VoxelGrid::VoxelGrid(const MapConfig& config)
       min_(LogOddsOf(config.p_min)),
       max_(LogOddsOf(config.p_max)),
       threshold_(LogOddsOf(config.p_occupied)),
+      solid_from_(static_cast<StoredLogOdds>(kSolidHits * static_cast<float>(hit_))),
       bricks_x_((config.hi.x >> 3) - (config.lo.x >> 3) + 1),
-      bricks_y_((config.hi.y >> 3) - (config.lo.y >> 3) + 1) {
+      bricks_y_((config.hi.y >> 3) - (config.lo.y >> 3) + 1),
+      window_(config) {
   assert(Valid(config));
   const auto voxels = static_cast<std::size_t>(voxel_count());
   top_.assign(static_cast<std::size_t>(BricksOfBox(config)), -1);
   bricks_.resize(static_cast<std::size_t>(std::min(config.brick_capacity, BricksOfBox(config))));
-  codes_.resize(voxels / 32 + 1);
+  codes_.resize(voxels / 16 + 2);  // a row's bits are read four bytes at a time
   flags_.resize(voxels / 64 + 1);
-  marks_.resize(voxels / 64 + 1);
   solid_.resize(voxels / 64 + 1);
   ends_.resize(std::min(voxels, static_cast<std::size_t>(kDiscretizedEnds)));
   entropy_table_.resize(kEntropyIntervals + 2);
   for (int i = 0; i < kEntropyIntervals + 2; ++i) {
     const double log_odds = min_ + (static_cast<double>(max_) - min_) * i / kEntropyIntervals;
-    entropy_table_[i] = std::llround(EntropyOf(log_odds) / kEntropyUnit);
+    entropy_table_[i] = std::llround(EntropyOf(log_odds * kLogOddsUnit) / kEntropyUnit);
   }
   const VoxelIndex& lo = config.workspace_lo;
   const VoxelIndex& hi = config.workspace_hi;
@@ -87,7 +97,7 @@ VoxelState VoxelGrid::State(const VoxelIndex& v) const {
 
 float VoxelGrid::LogOdds(const VoxelIndex& v) const {
   const int brick = InBox(v) ? top_[BrickOf(v)] : -1;
-  return brick < 0 ? 0 : bricks_[brick].log_odds[CellInBrick(v)];
+  return brick < 0 ? 0 : static_cast<float>(bricks_[brick].log_odds[CellInBrick(v)]) * kLogOddsUnit;
 }
 
 bool VoxelGrid::Covered(const VoxelIndex& v) const { return InBox(v) && CoveredAt(IndexOf(v)); }
@@ -126,7 +136,7 @@ int VoxelGrid::BrickOf(const VoxelIndex& v) const {
              (((v.y >> 3) - (config_.lo.y >> 3)) + bricks_y_ * ((v.z >> 3) - (config_.lo.z >> 3)));
 }
 
-float* VoxelGrid::LogOddsSlot(const VoxelIndex& v) {
+StoredLogOdds* VoxelGrid::LogOddsSlot(const VoxelIndex& v) {
   std::int32_t& brick = top_[BrickOf(v)];
   if (brick < 0) {
     if (bricks_used_ == static_cast<int>(bricks_.size())) {
@@ -137,7 +147,7 @@ float* VoxelGrid::LogOddsSlot(const VoxelIndex& v) {
   return &bricks_[brick].log_odds[CellInBrick(v)];
 }
 
-std::int64_t VoxelGrid::EntropyUnits(float log_odds) const {
+std::int64_t VoxelGrid::EntropyUnits(StoredLogOdds log_odds) const {
   const double u = (static_cast<double>(log_odds) - min_) / (static_cast<double>(max_) - min_) *
                    kEntropyIntervals;
   const int i = static_cast<int>(u);
@@ -145,62 +155,40 @@ std::int64_t VoxelGrid::EntropyUnits(float log_odds) const {
   return entropy_table_[i] + static_cast<std::int64_t>(step * (u - i));
 }
 
-// One hit or miss, as OctoMap adds and clamps it. False: no brick to be had.
-bool VoxelGrid::Update(int index, const VoxelIndex& v, bool hit) {
-  float* slot = LogOddsSlot(v);
-  if (slot == nullptr) {
-    ++updates_refused_;
-    return false;
-  }
-  Set(index, v, slot, std::clamp(*slot + (hit ? hit_ : miss_), min_, max_));
-  return true;
-}
-
 bool VoxelGrid::Restore(const VoxelIndex& v, float log_odds) {
   if (!InBox(v) || !std::isfinite(log_odds)) {
     return false;
   }
-  float* slot = LogOddsSlot(v);
+  StoredLogOdds* slot = LogOddsSlot(v);
   if (slot == nullptr) {
     ++updates_refused_;
     return false;
   }
-  Set(IndexOf(v), v, slot, std::clamp(log_odds, min_, max_));
+  constexpr float kBeyond = 7;  // any clamp, and what an int16 holds
+  *slot = std::clamp(Stored(std::clamp(log_odds, -kBeyond, kBeyond)), min_, max_);
+  Become(IndexOf(v), v, *slot >= threshold_);
+  MarkSolid(IndexOf(v), *slot);
   return true;
 }
 
-void VoxelGrid::Set(int index, const VoxelIndex& v, float* slot, float log_odds) {
-  const float old = *slot;
+// Known from now on, and occupied or free.
+void VoxelGrid::Become(int index, const VoxelIndex& v, bool occupied) {
   const unsigned from = Code(index);
-  const unsigned to = log_odds >= threshold_ ? kOccupiedCode : kKnown;
-  if (from == to && old == log_odds) {
-    return;
-  }
-  *slot = log_odds;
-  if (InWorkspace(v)) {
-    CountChange(from, to, Flag(index), old, log_odds);
-  }
-  if (from != to) {
-    SetCode(index, to);
-    if ((from & kKnown) == 0) {
-      SetFlag(index, false);  // it was "residual"
-    }
-    ++revision_;
-  }
-  if (log_odds >= kSolidHits * hit_) {  // occupied, so an obstacle already: no new revision
-    solid_[index >> 6] |= std::uint64_t{1} << (index & 63);
-  }
-}
-
-void VoxelGrid::CountChange(unsigned from, unsigned to, bool flag, float old_log_odds,
-                            float log_odds) {
-  entropy_units_ += EntropyUnits(log_odds);
-  if ((from & kKnown) != 0) {
-    entropy_units_ -= EntropyUnits(old_log_odds);
-  }
+  const unsigned to = occupied ? kOccupiedCode : kKnown;
   if (from == to) {
     return;
   }
+  if (InWorkspace(v)) {
+    CountChange(from, to, Flag(index));
+  }
+  SetCode(index, to);
+  if ((from & kKnown) == 0) {
+    SetFlag(index, false);  // it was "residual"
+  }
+  ++revision_;
+}
+
+void VoxelGrid::CountChange(unsigned from, unsigned to, bool flag) {
   if ((from & kKnown) == 0) {
     --(flag ? counts_.residual : counts_.unknown);
   } else if (from == kOccupiedCode) {
@@ -307,8 +295,24 @@ void VoxelGrid::SetResidual(const VoxelIndex& v, bool residual) {
 }
 
 double VoxelGrid::visual_entropy() const {
+  const VoxelIndex& lo = config_.workspace_lo;
+  const VoxelIndex& hi = config_.workspace_hi;
+  std::int64_t units = 0;  // of the known voxels of W, in 2^-40 nats
+  for (int z = lo.z; z <= hi.z; ++z) {
+    for (int y = lo.y; y <= hi.y; ++y) {
+      for (int x = lo.x; x <= hi.x;) {
+        const int end = std::min(hi.x, x | 7) + 1;
+        const int brick = top_[BrickOf({x, y, z})];
+        for (int index = IndexOf({x, y, z}); brick >= 0 && x < end; ++x, ++index) {
+          units +=
+              KnownAt(index) ? EntropyUnits(bricks_[brick].log_odds[CellInBrick({x, y, z})]) : 0;
+        }
+        x = end;
+      }
+    }
+  }
   const int not_known = counts_.unknown + counts_.residual;
-  return (not_known * kLn2 + static_cast<double>(entropy_units_) * kEntropyUnit) / counts_.total;
+  return (not_known * kLn2 + static_cast<double>(units) * kEntropyUnit) / counts_.total;
 }
 
 double VoxelGrid::coverage_entropy() const {
@@ -319,8 +323,8 @@ std::int64_t VoxelGrid::MemoryBytes() const {
   const auto bytes = [](const auto& v) {
     return static_cast<std::int64_t>(v.capacity() * sizeof(v[0]));
   };
-  return bytes(top_) + bytes(bricks_) + bytes(codes_) + bytes(flags_) + bytes(marks_) +
-         bytes(solid_) + bytes(ends_) + bytes(entropy_table_);
+  return bytes(top_) + bytes(bricks_) + bytes(codes_) + bytes(flags_) + bytes(solid_) +
+         window_.MemoryBytes() + bytes(ends_) + bytes(entropy_table_);
 }
 
 }  // namespace pipewright

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "perception/map/scan_window.h"
 #include "perception/map/voxel_index.h"
 
 namespace pipewright {
@@ -34,15 +35,31 @@ struct RayHit {
   VoxelIndex end;    ///< that voxel, or the last one looked at
 };
 
+/// What a segment passed.
+struct SegmentTrace {
+  int unknown = 0;   ///< unknown voxels before its end
+  bool hit = false;  ///< it ended at an occupied voxel
+  VoxelIndex end;    ///< that voxel
+};
+
+/// What a brick stores of a voxel. As int16, in units of 1/4096, a map takes little more than half
+/// the memory; its log-odds are then off by at most half a unit for each scan that saw the voxel.
+#if defined(PIPEWRIGHT_MAP_INT16)
+using StoredLogOdds = std::int16_t;
+inline constexpr float kLogOddsUnit = 1.0F / 4096;
+#else
+using StoredLogOdds = float;
+inline constexpr float kLogOddsUnit = 1;
+#endif
+
 /// Occupancy of a box of voxels, by OctoMap's rules, on memory that is fixed at construction.
 ///
 /// Log-odds lie in bricks of 8x8x8 out of a pool; a dense table over the box says which brick is
-/// where. Five bits of every voxel of the box lie in flat planes, x fastest, so that a ray steps by
-/// adding a stride: known, occupied (or swept, while unknown), probed (or residual, while unknown),
-/// solid, and a mark of the scan in hand. What a full pool refuses is counted; what it holds is
-/// kept.
+/// where. Four bits of every voxel of the box lie in flat planes, x fastest, so that a ray steps by
+/// adding a stride: known, occupied (or swept, while unknown), probed (or residual, while unknown)
+/// and solid. What a full pool refuses is counted; what it holds is kept.
 ///
-/// Counts and entropies speak of the workspace W and are kept up with each change, exactly.
+/// Counts and entropies speak of the workspace W, exactly; counts are kept up with each change.
 class VoxelGrid {
  public:
   /// Allocates everything; `config` must be Valid.
@@ -92,7 +109,8 @@ class VoxelGrid {
   const MapCounts& counts() const { return counts_; }
 
   /// Mean over W of I_o = -p ln p - (1 - p) ln(1 - p), (18): ln 2 for a voxel that is not known,
-  /// its own entropy (at most 1e-7 off, by table) for one that is. Nats per voxel.
+  /// its own entropy (at most 1e-7 off, by table) for one that is. Nats per voxel. O(voxels in
+  /// bricks), a few ns each.
   double visual_entropy() const;
   /// Mean over W of I_c, (22) with the sign mended: ln 2 for occupied and not covered, else 0.
   double coverage_entropy() const;
@@ -109,6 +127,12 @@ class VoxelGrid {
   /// The same for many directions from one origin: hits[i] is that of directions_W[i].
   void CastRays(const Vector3f& origin_W, const Vector3f* directions_W, int count,
                 double max_range_m, bool ignore_unknown, RayHit* hits) const;
+
+  /// Each segment from the origin to ends_W[i]: along the voxels of OctoMap's computeRayKeys (see
+  /// RayWalk), until the first occupied one, the end's voxel or the end of the box. Nothing is
+  /// passed from an origin outside the box.
+  void TraceSegments(const Vector3f& origin_W, const Vector3f* ends_W, int count,
+                     SegmentTrace* traces) const;
 
   const MapConfig& config() const { return config_; }
   VoxelIndex VoxelOf(const Vector3d& p_W) const;
@@ -143,8 +167,8 @@ class VoxelGrid {
   static constexpr int kBrickVoxels = 512;
   /// Voxels that one discretised scan can end in; what is beyond is counted as rejected.
   static constexpr int kDiscretizedEnds = 1 << 16;
-  /// Per voxel of an allocated brick: its log-odds and its five bits. 4.625.
-  static constexpr double kBytesPerVoxel = sizeof(float) + 5.0 / 8;
+  /// Per voxel of an allocated brick: its log-odds and its four bits.
+  static constexpr double kBytesPerVoxel = sizeof(StoredLogOdds) + 4.0 / 8;
   /// All heap of one grid, in bytes.
   std::int64_t MemoryBytes() const;
 
@@ -158,7 +182,7 @@ class VoxelGrid {
   static constexpr unsigned kOccupiedCode = 3;
 
   struct Brick {
-    float log_odds[kBrickVoxels];
+    StoredLogOdds log_odds[kBrickVoxels];
   };
 
   // Also of voxels outside the box, where it means nothing but can be stepped from.
@@ -166,11 +190,11 @@ class VoxelGrid {
     return (v.x - config_.lo.x) +
            nx_ * ((v.y - config_.lo.y) + std::int64_t{ny_} * (v.z - config_.lo.z));
   }
-  unsigned Code(int i) const { return (codes_[i >> 5] >> ((i & 31) * 2)) & 3U; }
+  unsigned Code(int i) const { return (codes_[i >> 4] >> ((i & 15) * 2)) & 3U; }
   void SetCode(int i, unsigned code) {
-    std::uint64_t& word = codes_[i >> 5];
-    const int shift = (i & 31) * 2;
-    word = (word & ~(std::uint64_t{3} << shift)) | (std::uint64_t{code} << shift);
+    std::uint32_t& word = codes_[i >> 4];
+    const int shift = (i & 15) * 2;
+    word = (word & ~(3U << shift)) | (code << shift);
   }
   bool SolidAt(int i) const { return ((solid_[i >> 6] >> (i & 63)) & 1U) != 0; }
   bool Flag(int i) const { return ((flags_[i >> 6] >> (i & 63)) & 1U) != 0; }
@@ -183,37 +207,42 @@ class VoxelGrid {
   static int CellInBrick(const VoxelIndex& v) {
     return (v.x & 7) | ((v.y & 7) << 3) | ((v.z & 7) << 6);
   }
-  float* LogOddsSlot(const VoxelIndex& v);
+  StoredLogOdds* LogOddsSlot(const VoxelIndex& v);
   bool Sees(const Vector3d& p_WP, double radius_m, const VoxelIndex& v) const;
   bool Sees(const Vector3d& p_WP, const Vector3d& p_WQ, const VoxelIndex& v) const;
-  bool Update(int index, const VoxelIndex& v, bool hit);
-  void Set(int index, const VoxelIndex& v, float* slot, float log_odds);
-  void CountChange(unsigned from, unsigned to, bool flag, float old_log_odds, float log_odds);
-  std::int64_t EntropyUnits(float log_odds) const;
+  void UpdateRow(const VoxelIndex& v, std::uint32_t hits, std::uint32_t misses, ScanStats* stats);
+  void Become(int index, const VoxelIndex& v, bool occupied);
+  void CountChange(unsigned from, unsigned to, bool flag);
+  void MarkSolid(int index, StoredLogOdds log_odds) {
+    if (log_odds >= solid_from_) {  // occupied, so an obstacle already: no new revision
+      solid_[index >> 6] |= std::uint64_t{1} << (index & 63);
+    }
+  }
+  std::int64_t EntropyUnits(StoredLogOdds log_odds) const;
 
   MapConfig config_;
   int nx_ = 0;
   int ny_ = 0;
   int nz_ = 0;
-  float hit_ = 0;  // log-odds, rounded as OctoMap rounds them
-  float miss_ = 0;
-  float min_ = 0;
-  float max_ = 0;
-  float threshold_ = 0;
+  StoredLogOdds hit_ = 0;  // rounded as OctoMap rounds them
+  StoredLogOdds miss_ = 0;
+  StoredLogOdds min_ = 0;
+  StoredLogOdds max_ = 0;
+  StoredLogOdds threshold_ = 0;
+  StoredLogOdds solid_from_ = 0;
   int bricks_x_ = 0;
   int bricks_y_ = 0;
   int bricks_used_ = 0;
   std::int64_t updates_refused_ = 0;
   std::uint64_t revision_ = 1;
   MapCounts counts_;
-  std::int64_t entropy_units_ = 0;  // sum of I_o over the known voxels of W, in 2^-40 nats
-  std::vector<std::int32_t> top_;   // brick of each 8x8x8 block of the box, -1: none
+  std::vector<std::int32_t> top_;  // brick of each 8x8x8 block of the box, -1: none
   std::vector<Brick> bricks_;
-  std::vector<std::uint64_t> codes_;  // two bits a voxel
+  std::vector<std::uint32_t> codes_;  // two bits a voxel
   std::vector<std::uint64_t> flags_;  // probed when known, residual when unknown
   std::vector<std::uint64_t> solid_;  // was hit often enough to be an obstacle for good
-  std::vector<std::uint64_t> marks_;  // updated by the scan in hand
-  std::vector<std::int32_t> ends_;    // scratch of a discretised scan: voxels that hold points
+  ScanWindow window_;                 // scratch of a scan: what it hits and passes
+  std::vector<std::int32_t> ends_;    // scratch of a discretised scan: points, one a voxel
   std::vector<std::int64_t> entropy_table_;
 };
 

@@ -38,7 +38,7 @@ struct MapConfig {
   double p_hit = 0.7;       ///< OctoMap 1.9.7's defaults, all five
   double p_miss = 0.4;
   double p_min = 0.1192;
-  double p_max = 0.971;
+  double p_max = 0.971;  ///< these two from 0.001 to 0.999: log-odds of any build hold them
   double p_occupied = 0.5;
   bool outside_is_obstacle = false;  ///< what Obstacle() says of a voxel outside the stored box
   double field_range_m = 1.0;        ///< how far the distance field looks, at most 30 widths
@@ -65,8 +65,8 @@ constexpr bool Valid(const MapConfig& c) {
                  VoxelsAlong(c.lo.z, c.hi.z) <=
              kVoxelsMax &&
          c.width_m > 0 && c.brick_capacity > 0 &&  //
-         0 < c.p_min && c.p_min < c.p_miss && c.p_miss < 0.5 && 0.5 < c.p_hit &&
-         c.p_hit < c.p_max && c.p_max < 1 && c.p_min < c.p_occupied && c.p_occupied < c.p_max &&
+         0.001 < c.p_min && c.p_min < c.p_miss && c.p_miss < 0.5 && 0.5 < c.p_hit &&
+         c.p_hit < c.p_max && c.p_max < 0.999 && c.p_min < c.p_occupied && c.p_occupied < c.p_max &&
          c.field_range_m >= c.width_m && c.field_range_m <= 30 * c.width_m &&
          c.column_lo_m <= c.column_hi_m;
 }

@@ -294,11 +294,11 @@ TEST(MapConfig, ValidRefusesWhatCannotWork) {
 
 TEST(VoxelGrid, SaysWhatItsMemoryIs) {
   const VoxelGrid grid(test::Box(16));
-  EXPECT_LE(VoxelGrid::kBytesPerVoxel, 4.7);
+  EXPECT_LE(VoxelGrid::kBytesPerVoxel, 4.6);
   EXPECT_GE(static_cast<double>(grid.MemoryBytes()),
             grid.voxel_count() * VoxelGrid::kBytesPerVoxel);
   EXPECT_LE(static_cast<double>(grid.MemoryBytes()),
-            grid.voxel_count() * VoxelGrid::kBytesPerVoxel + 4 * grid.voxel_count() + 40000);
+            grid.voxel_count() * VoxelGrid::kBytesPerVoxel + 4 * grid.voxel_count() + 50000);
 }
 
 }  // namespace

@@ -1,0 +1,242 @@
+// SPDX-License-Identifier: MIT
+// Only for fan_kernels_inl.h: eight rays from their ends or directions to crossings in ticks.
+#include "perception/map/fan_kernels.h"
+#include "perception/map/fan_lanes_inl.h"
+
+namespace pipewright::fan::PIPEWRIGHT_FAN_ISA {
+namespace {
+
+constexpr double kTicks = 1 << 29;  // of a ray's whole length
+constexpr double kNever = 1e30;     // metres
+constexpr double kFar = 1 << 30;    // ticks; one crossing more is below 2^31
+constexpr float kFloatMax = 3.4028234663852886e38F;
+constexpr int kReach = 1 << 15;  // of OctoMap's keys
+
+/// Eight rays on their way.
+struct Rays {
+  alignas(32) std::int32_t first[3][kLanes];   // ticks to the first crossing
+  alignas(32) std::int32_t t[3][kLanes];       // to the next
+  alignas(32) std::int32_t dt[3][kLanes];      // from one to the next
+  alignas(32) std::int32_t stride[3][kLanes];  // of the index, with the direction's sign
+  alignas(32) std::int32_t slack[kLanes];    // crossings nearer to one another may be out of order
+  alignas(32) std::int32_t horizon[kLanes];  // no crossing beyond
+  alignas(32) std::int32_t steps[kLanes];    // crossings before it; -1: cannot be told for sure
+  alignas(32) std::int32_t index[kLanes];
+  alignas(32) std::int32_t looked[kLanes];  // steps taken, one voxel each
+};
+
+/// kHalf of them before that. Masks are all ones or 0.
+struct Aim {
+  Floats d[3];      // direction
+  Doubles scale;    // ticks a metre
+  Doubles t0_m[3];  // to the first crossing
+  Doubles dt_m[3];  // from one crossing to the next
+  Counts up[3];     // towards larger indices
+  Counts count[3];  // crossings until the end
+  Counts starts;    // the ray is one, and leaves the origin's voxel
+  Counts bounded;   // it ends where the box or the sure length does, not by itself
+};
+
+/// To unit length, rounded as OctoMap rounds. @returns the length
+inline Floats Normalize(const Floats* v, Aim* aim) {
+  const Floats squared = v[0] * v[0] + v[1] * v[1] + v[2] * v[2];
+  const Floats length = ToFloats(SquareRoot(ToDoubles(squared)));
+  for (int a = 0; a < 3; ++a) {
+    aim->d[a] = v[a] / length;
+  }
+  aim->starts = (length > 0) & (length <= kFloatMax);
+  return length;
+}
+
+/// The distance along each ray to its crossings.
+inline void FindCrossings(const Origin& o, Aim* aim) {
+  constexpr Doubles kZero = {};
+  for (int a = 0; a < 3; ++a) {
+    const Doubles d = ToDoubles(aim->d[a]);
+    const Doubles inverse = 1 / Greater(d, -d);
+    const Doubles border = d > 0 ? kZero + o.to_border_m[1][a] : kZero - o.to_border_m[0][a];
+    aim->up[a] = aim->d[a] > 0;
+    aim->t0_m[a] = Greater(Lesser(border * inverse, kZero + kNever), kZero);
+    aim->dt_m[a] = Lesser(o.width_m * inverse, kZero + kNever);
+  }
+}
+
+inline Counts CellsToWall(const Origin& o, const Aim& aim, int axis) {
+  constexpr Counts kZero = {};
+  return aim.up[axis] ? kZero + o.to_wall[1][axis] : kZero + o.to_wall[0][axis];
+}
+
+/// How far along each ray the box ends.
+inline Doubles FindWall(const Origin& o, const Aim& aim) {
+  Doubles wall_m = Doubles{} + kNever;
+  for (int a = 0; a < 3; ++a) {
+    wall_m = Lesser(aim.t0_m[a] + ToDoubles(CellsToWall(o, aim, a)) * aim.dt_m[a], wall_m);
+  }
+  return wall_m;
+}
+
+/// Ends the bounded rays after the crossings up to bound_m.
+inline void CountCrossings(const Doubles& bound_m, Aim* aim) {
+  constexpr double kJustBeyond = 1e-3;  // of the way from one crossing to the next
+  constexpr Doubles kZero = {};
+  for (int a = 0; a < 3; ++a) {
+    const Doubles crossings = (bound_m - aim->t0_m[a]) / aim->dt_m[a] + (1 + kJustBeyond);
+    const Counts count = ToCounts(Greater(Lesser(crossings, kZero + 1e6), kZero));
+    aim->count[a] = aim->bounded ? count : aim->count[a];
+  }
+}
+
+/// Everything in ticks; what cannot be told for sure gets no steps.
+inline void Schedule(const Origin& o, const Doubles& bound_m, const Aim& aim, int from, Rays* r) {
+  constexpr Doubles kZero = {};
+  constexpr Counts kNone = {};
+  const Doubles n = ToDoubles(aim.count[0] + aim.count[1] + aim.count[2]);
+  Doubles slack = 0.5 * n + 4;  // half a tick a crossing, one for the first, and something
+  Doubles last = kZero - 1;
+  Doubles next = kZero + 1e300;
+  for (int a = 0; a < 3; ++a) {
+    const Doubles t0 = aim.t0_m[a] * aim.scale;
+    const Doubles dt = aim.dt_m[a] * aim.scale;
+    const Doubles count = ToDoubles(aim.count[a]);
+    const Doubles end = t0 + (count - 1) * dt;
+    last = Greater(count > 0 ? end : last, last);
+    next = Lesser(end + dt, next);
+    slack = dt > 16 ? slack : kZero + kTicks;
+    const Counts first = ToCounts(Lesser(t0, kZero + kFar) + 0.5);
+    Store(first, r->first[a] + from);
+    Store(first, r->t[a] + from);
+    Store(ToCounts(Greater(Lesser(dt, kZero + kFar) + 0.5, kZero + 1)), r->dt[a] + from);
+    Store(aim.up[a] ? kNone + o.stride[a] : kNone - o.stride[a], r->stride[a] + from);
+  }
+  const Masks bounded = ToMasks(aim.bounded);
+  const Doubles end = bounded ? bound_m * aim.scale : kZero + kTicks;
+  const Masks apart = next - last > 2 * slack + 2;
+  const Masks by_itself = (last < end - slack) & (next > end + slack);
+  const Masks at_bound = (last < end + slack) & (end < kTicks * (1 + 1e-9));
+  const Masks goes =
+      apart & ((bounded & at_bound) | (~bounded & by_itself)) & (n > 0) & ToMasks(aim.starts);
+  Store(ToCounts(goes ? n - 1 : kZero - 1), r->steps + from);
+  // Well before the last crossing: what lies between is as good as a tie with it.
+  Store(ToCounts(goes ? last - 3 * slack - 1 : kZero - 1), r->horizon + from);
+  Store(ToCounts(Lesser(slack, kZero + 1e6)), r->slack + from);
+  Store(kNone + o.index, r->index + from);
+}
+
+/// Far outside of every box for a coordinate that is beyond the keys by much, or no number.
+inline Counts Voxels(const Origin& o, const Floats& coordinate) {
+  return Floor(o.width_inv * ToDoubles(coordinate));
+}
+
+/// Segments to ends_W as OctoMap's computeRayKeys begins them. @returns a bit for each lane that
+/// has nothing to pass: its end lies in the origin's voxel
+inline unsigned AimAtEnds(const Origin& o, const float* ends_W, int from, Rays* r) {
+  Aim aim;
+  Floats end[3];
+  Floats along[3];
+  for (int a = 0; a < 3; ++a) {
+    end[a] = Coordinates(ends_W, a);
+    along[a] = end[a] - o.p_W[a];
+  }
+  const Floats length = Normalize(along, &aim);
+  aim.scale = kTicks / ToDoubles(length);
+  FindCrossings(o, &aim);
+  Counts outside = {};
+  Counts moved = {};
+  aim.bounded = Counts{};
+  for (int a = 0; a < 3; ++a) {
+    const Counts voxel = Voxels(o, end[a]);
+    outside |= (voxel < -kReach) | (voxel >= kReach);
+    const Counts off = (outside ? Counts{} : voxel) - o.voxel[a];
+    aim.count[a] = off < 0 ? -off : off;
+    moved |= off;
+    aim.bounded |= aim.count[a] > CellsToWall(o, aim, a);
+  }
+  aim.starts &= ~outside;
+  Doubles wall_m = {};
+  if (LanesOf(aim.bounded) != 0) {
+    wall_m = FindWall(o, aim);
+    CountCrossings(wall_m, &aim);
+    // Not if too near to the end to tell which comes first.
+    const Doubles slack = 0.5 * ToDoubles(aim.count[0] + aim.count[1] + aim.count[2]) + 8;
+    const Masks early = wall_m * aim.scale < kTicks - slack;
+    aim.starts &= ~aim.bounded | __builtin_convertvector(early, Counts);
+  }
+  Schedule(o, wall_m, aim, from, r);
+  return LanesOf((moved == 0) & ~outside) << from;
+}
+
+/// Rays of any length > 0 as OctoMap's castRay begins them, until the box or sure_m ends.
+inline void AimAlong(const Origin& o, const float* directions_W, double sure_m, int from, Rays* r) {
+  Aim aim;
+  const Floats along[3] = {Coordinates(directions_W, 0), Coordinates(directions_W, 1),
+                           Coordinates(directions_W, 2)};
+  Normalize(along, &aim);
+  aim.bounded = ~Counts{};
+  FindCrossings(o, &aim);
+  const Doubles bound_m = Lesser(FindWall(o, aim), Doubles{} + sure_m);
+  aim.scale = kTicks / bound_m;
+  CountCrossings(bound_m, &aim);
+  Schedule(o, bound_m, aim, from, r);
+}
+
+typedef std::uint32_t Bits __attribute__((vector_size(kBytes / 2)));
+
+/// The box in registers, and the way from a voxel to its place in what is marked.
+struct CellFinder {
+  explicit CellFinder(const Origin& o) {
+    int begin = o.index;
+    for (int a = 0; a < 3; ++a) {
+      lo[a] = Counts{} + (o.voxel[a] - o.to_wall[0][a]);
+      hi[a] = Counts{} + (o.voxel[a] + o.to_wall[1][a]);
+      stride[a] = Bits{} + static_cast<std::uint32_t>(o.stride[a]);
+      begin -= o.voxel[a] * o.stride[a];
+    }
+    start = Bits{} + static_cast<std::uint32_t>(begin);
+    width_inv = Doubles{} + o.width_inv;
+  }
+
+  /// Of kHalf points; -1 outside the box.
+  Counts Find(const float* points_W) const {
+    Counts outside = {};
+    Bits index = start;
+    for (int a = 0; a < 3; ++a) {
+      const Counts voxel = Floor(width_inv * ToDoubles(Coordinates(points_W, a)));
+      outside |= (voxel < lo[a]) | (voxel > hi[a]);
+      index += (Bits)voxel * stride[a];
+    }
+    return (Counts)index | outside;
+  }
+
+  Counts lo[3];
+  Counts hi[3];
+  Bits stride[3];
+  Bits start;
+  Doubles width_inv;
+};
+
+/// Clips kHalf points at the range. @returns ones for those that were
+inline Counts ClipHalf(const Origin& o, const float* points_W, double max_range_m, float* ends_W) {
+  Floats p[3];
+  Floats along[3];
+  for (int a = 0; a < 3; ++a) {
+    p[a] = Coordinates(points_W, a);
+    along[a] = p[a] - o.p_W[a];
+  }
+  const Floats squared = along[0] * along[0] + along[1] * along[1] + along[2] * along[2];
+  const Doubles distance = SquareRoot(ToDoubles(squared));
+  const Floats length = ToFloats(distance);
+  const Counts within = __builtin_convertvector(distance <= max_range_m, Counts);
+  const Counts divide = __builtin_convertvector(distance > 0, Counts);
+  const auto range = static_cast<float>(max_range_m);
+  for (int a = 0; a < 3; ++a) {
+    const Floats direction = divide ? along[a] / length : along[a];
+    const Floats end = within ? p[a] : o.p_W[a] + direction * range;
+    for (int l = 0; l < kHalf; ++l) {
+      ends_W[3 * l + a] = end[l];
+    }
+  }
+  return ~within;
+}
+
+}  // namespace
+}  // namespace pipewright::fan::PIPEWRIGHT_FAN_ISA

@@ -1,0 +1,135 @@
+// SPDX-License-Identifier: MIT
+// Only for fan_kernels_inl.h: the walk of eight rays, and what they do on their way.
+#include "perception/map/fan_aim_inl.h"
+
+namespace pipewright::fan::PIPEWRIGHT_FAN_ISA {
+namespace {
+
+/// Steps kWidth rays until all have ended. Every step calls visit(index, going, &horizon): a lane
+/// whose horizon it makes -1 goes no further.
+template <typename Visit>
+inline void Follow(Rays* r, int from, Visit* visit) {
+  Ints tx, ty, tz, dx, dy, dz, sx, sy, sz, slack, horizon, index;
+  Load(r->t[0] + from, &tx);
+  Load(r->t[1] + from, &ty);
+  Load(r->t[2] + from, &tz);
+  Load(r->dt[0] + from, &dx);
+  Load(r->dt[1] + from, &dy);
+  Load(r->dt[2] + from, &dz);
+  Load(r->stride[0] + from, &sx);
+  Load(r->stride[1] + from, &sy);
+  Load(r->stride[2] + from, &sz);
+  Load(r->slack + from, &slack);
+  Load(r->horizon + from, &horizon);
+  Load(r->index + from, &index);
+  Ints looked = {};
+  for (;;) {
+    const Ints nearest = Smaller(Smaller(tx, ty), tz);
+    const Ints going = nearest <= horizon;
+    if (LanesOf(going) == 0) {
+      break;
+    }
+    // What is no farther than the slack is crossed at once: then there are fewer steps than
+    // crossings in the end, and that tells.
+    const Ints reach = (nearest + slack) | ~going;  // -1: below every crossing
+    const Ints x = tx <= reach;
+    const Ints y = ty <= reach;
+    const Ints z = tz <= reach;
+    tx += dx & x;
+    ty += dy & y;
+    tz += dz & z;
+    index += (sx & x) + (sy & y) + (sz & z);
+    looked -= going;
+    visit->See(index, going, &horizon);
+  }
+  Store(tx, r->t[0] + from);
+  Store(ty, r->t[1] + from);
+  Store(tz, r->t[2] + from);
+  Store(index, r->index + from);
+  Store(looked, r->looked + from);
+}
+
+struct MarkVisit {
+  std::uint32_t* bits;
+
+  void See(const Ints& index, const Ints& going, Ints*) {
+    const Ints word = Words(bits, index >> 5);
+    const Ints unmarked = ~(word << (~index & 31)) >> 31;
+    for (unsigned lanes = LanesOf(unmarked & going); lanes != 0; lanes &= lanes - 1) {
+      const int i = index[__builtin_ctz(lanes)];
+      bits[i >> 5] |= 1U << (i & 31);
+    }
+  }
+};
+
+/// What a ray sees in two bits a voxel.
+struct LookVisit {
+  const std::uint32_t* codes;
+  bool unknown_ends;
+  Ints unknown = {};
+  Ints surface = {};
+  Ints ended = {};
+
+  void See(const Ints& index, const Ints& going, Ints* horizon) {
+    typedef std::uint32_t Words32 __attribute__((vector_size(sizeof(Ints))));
+    const Ints word = Words(codes, index >> 4);
+    const Ints code = (Ints)((Words32)word >> (Words32)((index & 15) << 1)) & 3;
+    const Ints not_known = (code < 2) & going;
+    const Ints hit = (code == 3) & going;
+    unknown -= not_known;
+    surface |= hit;
+    const Ints end = unknown_ends ? hit | not_known : hit;
+    ended |= end;
+    *horizon |= end;
+  }
+};
+
+/// Where the rays stopped, and whether they saw a voxel after every crossing. `ended`: by what they
+/// saw, not by their length.
+inline void FindEnds(const Rays& r, const std::int32_t* ended, std::int32_t* sure,
+                     std::int32_t (*off)[kLanes]) {
+  std::int32_t crossings[kLanes] = {};
+  for (int a = 0; a < 3; ++a) {
+    for (int l = 0; l < kLanes; ++l) {
+      const double done = static_cast<double>(r.t[a][l] - r.first[a][l]) / r.dt[a][l];
+      off[a][l] = static_cast<std::int32_t>(done + 0.5);
+      crossings[l] += off[a][l];
+    }
+  }
+  for (int l = 0; l < kLanes; ++l) {
+    const bool whole = ended[l] != 0 || r.looked[l] == r.steps[l];
+    sure[l] = r.steps[l] >= 0 && crossings[l] == r.looked[l] && whole ? 1 : 0;
+  }
+}
+
+/// What eight rays saw on their way.
+struct Sights {
+  alignas(32) std::int32_t unknown[kLanes];
+  alignas(32) std::int32_t surface[kLanes];
+  alignas(32) std::int32_t ended[kLanes];
+  std::int32_t sure[kLanes];
+  std::int32_t off[3][kLanes];
+};
+
+inline void Look(const std::uint32_t* codes, bool unknown_ends, Rays* rays, Sights* s) {
+  for (int from = 0; from < kLanes; from += kWidth) {
+    LookVisit visit{codes, unknown_ends};
+    Follow(rays, from, &visit);
+    Store(visit.unknown, s->unknown + from);
+    Store(visit.surface, s->surface + from);
+    Store(visit.ended, s->ended + from);
+  }
+  FindEnds(*rays, s->ended, s->sure, s->off);
+}
+
+inline void Tell(const Rays& rays, const Sights& s, int l, End* end) {
+  end->unknown = s.unknown[l];
+  end->surface = s.surface[l] != 0;
+  end->by_sight = s.ended[l] != 0;
+  for (int a = 0; a < 3; ++a) {
+    end->off[a] = rays.stride[a][l] > 0 ? s.off[a][l] : -s.off[a][l];
+  }
+}
+
+}  // namespace
+}  // namespace pipewright::fan::PIPEWRIGHT_FAN_ISA

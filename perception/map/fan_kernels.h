@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstdint>
+
+/// Rays of one origin, eight at a time, through the voxels of a box: the inner loops of inserting
+/// scans, tracing segments and casting rays. Plain arrays in and out, no other header: this is
+/// compiled once for every machine and once for x86-64 with AVX2, and chosen when the program runs.
+///
+/// OctoMap steps a ray by adding up crossings in double; which voxels it passes depends on the
+/// order of those sums alone. Here a crossing is an int32 in units of 2^-29 of the ray's length,
+/// off by no more than half a unit for each addition; so wherever two crossings lie farther apart
+/// than all that can have added up, their order is OctoMap's, to the last bit of its arithmetic. A
+/// ray with two nearer than that (about one in a hundred) is handed back, to be walked exactly.
+namespace pipewright::fan {
+
+/// What all rays of one origin share. The origin lies in voxel `voxel`, and that in the box.
+struct Origin {
+  float p_W[3];
+  double width_m;
+  double width_inv;
+  int voxel[3];  ///< absolute
+  double to_border_m[2]
+                    [3];  ///< to the borders of the origin's voxel, downwards [0] and upwards [1]
+  int to_wall[2][3];      ///< voxels between the origin's and the box's last, likewise
+  int stride[3];          ///< of the flat index of what is read or marked
+  int index;              ///< flat index of the origin's voxel
+};
+
+/// Where a ray ended, and what it saw on its way.
+struct End {
+  int unknown;    ///< voxels passed that are not known
+  int off[3];     ///< the last voxel looked at, less the origin's
+  bool surface;   ///< that voxel is occupied
+  bool by_sight;  ///< ended by what that voxel is, not by the ray's length or the box
+};
+
+/// Clips n points (x, y, z each) at max_range_m (< 0: never) to the ends of their rays, as OctoMap
+/// does. hit_index is the flat index of a point's voxel, or -1: clipped, or outside the box.
+void Clip(const Origin& o, const float* points_W, int n, double max_range_m, float* ends_W,
+          std::int32_t* hit_index);
+
+/// hit_index as Clip gives it, nothing clipped.
+void Cells(const Origin& o, const float* points_W, int n, std::int32_t* hit_index);
+
+/// Sets the bit of every voxel of the segments to ends_W, as OctoMap's computeRayKeys gives them,
+/// until the box is left. @returns how many were not done for sure; their numbers are in redo[],
+/// which has room for n + 1. What was set for them is right, but not all.
+int Mark(const Origin& o, const float* ends_W, int n, std::uint32_t* bits, int* redo);
+
+/// Follows the segments until the first occupied voxel or the end of the box. `codes` has two bits
+/// a voxel: 3 occupied, 2 free, else unknown. A segment within the origin's voxel sees nothing.
+int Trace(const Origin& o, const float* ends_W, int n, const std::uint32_t* codes, End* ends,
+          int* redo);
+
+/// Follows n directions (any length > 0) from beyond the origin's voxel until the first occupied
+/// voxel, the end of the box or, to within a voxel, sure_m; with unknown_ends also until the first
+/// unknown voxel.
+int Cast(const Origin& o, const float* directions_W, int n, double sure_m, bool unknown_ends,
+         const std::uint32_t* codes, End* ends, int* redo);
+
+/// For tests, while no other thread is here: leaves AVX2 be, or takes it up again where there is
+/// any.
+/// @returns whether it is used now
+bool UseBaseline(bool baseline_only);
+
+}  // namespace pipewright::fan

@@ -1,0 +1,131 @@
+// SPDX-License-Identifier: MIT
+// Only for fan_kernels_inl.h: numbers side by side, in the widest register that every machine of
+// the instruction set has. Nothing inline of another header may be used here or there, since the
+// linker would keep one copy of it for all machines.
+#if defined(__AVX2__)
+#include <immintrin.h>
+#endif
+
+#include <cstdint>
+
+namespace pipewright::fan::PIPEWRIGHT_FAN_ISA {
+namespace {
+
+constexpr int kLanes = 8;
+#if defined(__AVX2__)
+constexpr int kBytes = 32;
+#else
+constexpr int kBytes = 16;
+#endif
+typedef std::int32_t Ints __attribute__((vector_size(kBytes)));
+typedef double Doubles __attribute__((vector_size(kBytes)));
+typedef std::int64_t Masks __attribute__((vector_size(kBytes)));  // of Doubles
+typedef float Floats __attribute__((vector_size(kBytes / 2)));    // as many as Doubles
+typedef std::int32_t Counts __attribute__((vector_size(kBytes / 2)));
+constexpr int kWidth = kBytes / 4;
+constexpr int kHalf = kBytes / 8;
+
+template <typename Vector, typename T>
+inline void Load(const T* from, Vector* to) {
+  __builtin_memcpy(to, from, sizeof *to);
+}
+template <typename Vector, typename T>
+inline void Store(const Vector& from, T* to) {
+  __builtin_memcpy(to, &from, sizeof from);
+}
+
+inline Doubles ToDoubles(const Floats& v) { return __builtin_convertvector(v, Doubles); }
+inline Doubles ToDoubles(const Counts& v) { return __builtin_convertvector(v, Doubles); }
+inline Floats ToFloats(const Doubles& v) { return __builtin_convertvector(v, Floats); }
+inline Counts ToCounts(const Doubles& v) { return __builtin_convertvector(v, Counts); }
+inline Masks ToMasks(const Counts& v) { return __builtin_convertvector(v, Masks); }
+
+/// The second where the first is no number.
+inline Doubles Lesser(const Doubles& a, const Doubles& b) { return a < b ? a : b; }
+inline Doubles Greater(const Doubles& a, const Doubles& b) { return a > b ? a : b; }
+
+inline Doubles SquareRoot(const Doubles& v) {
+#if defined(__AVX2__)
+  return _mm256_sqrt_pd(v);
+#else
+  Doubles root;
+  for (int l = 0; l < kHalf; ++l) {
+    root[l] = __builtin_sqrt(v[l]);
+  }
+  return root;
+#endif
+}
+
+/// floor, or something below -2^20 for what is beyond +-2^20 or no number.
+inline Counts Floor(const Doubles& v) {
+#if defined(__AVX2__)
+  return ToCounts(_mm256_floor_pd(v));  // INT_MIN for what does not fit
+#else
+  constexpr double kFit = 1 << 20;
+  Counts floor;
+  for (int l = 0; l < kHalf; ++l) {
+    const bool fits = -kFit <= v[l] && v[l] <= kFit;
+    floor[l] = static_cast<std::int32_t>(fits ? v[l] : -2 * kFit);
+    floor[l] -= v[l] < floor[l] ? 1 : 0;
+  }
+  return floor;
+#endif
+}
+
+/// Coordinate `axis` of kHalf points.
+inline Floats Coordinates(const float* points, int axis) {
+#if defined(__AVX2__)
+  return Floats{points[axis], points[3 + axis], points[6 + axis], points[9 + axis]};
+#else
+  return Floats{points[axis], points[3 + axis]};
+#endif
+}
+
+/// A bit for each lane of a mask.
+inline unsigned LanesOf(const Ints& mask) {
+#if defined(__AVX2__)
+  return static_cast<unsigned>(_mm256_movemask_ps(_mm256_castsi256_ps((__m256i)mask)));
+#else
+  unsigned lanes = 0;
+  for (int l = 0; l < kWidth; ++l) {
+    lanes |= mask[l] != 0 ? 1U << l : 0U;
+  }
+  return lanes;
+#endif
+}
+
+inline Ints Words(const std::uint32_t* words, const Ints& at) {
+#if defined(__AVX2__)
+  return (Ints)_mm256_i32gather_epi32(reinterpret_cast<const int*>(words), (__m256i)at, 4);
+#else
+  Ints found;
+  for (int l = 0; l < kWidth; ++l) {
+    found[l] = static_cast<std::int32_t>(words[at[l]]);
+  }
+  return found;
+#endif
+}
+
+inline Ints Smaller(const Ints& a, const Ints& b) {
+#if defined(__AVX2__)
+  return (Ints)_mm256_min_epi32((__m256i)a, (__m256i)b);
+#else
+  const Ints less = a < b;
+  return (a & less) | (b & ~less);
+#endif
+}
+
+inline unsigned LanesOf(const Counts& mask) {
+#if defined(__AVX2__)
+  return static_cast<unsigned>(_mm_movemask_ps(_mm_castsi128_ps((__m128i)mask)));
+#else
+  unsigned lanes = 0;
+  for (int l = 0; l < kHalf; ++l) {
+    lanes |= mask[l] != 0 ? 1U << l : 0U;
+  }
+  return lanes;
+#endif
+}
+
+}  // namespace
+}  // namespace pipewright::fan::PIPEWRIGHT_FAN_ISA
