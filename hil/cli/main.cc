@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include "hil/cli/inspect_command.h"
+#include "hil/cli/primitives_command.h"
 #include "hil/cli/qp_command.h"
 
 namespace {
@@ -29,6 +30,7 @@ int main(int argc, char** argv) {
   app.set_version_flag("--version", PIPEWRIGHT_VERSION);
   int exit_code = 0;
   pipewright::hil::AddInspect(app, &exit_code);
+  pipewright::hil::AddPrimitives(app, &exit_code);
   pipewright::hil::AddQp(app, &exit_code);
   if (argc > 1 && !KnowsCommand(app, argv[1])) {
     return 2;
