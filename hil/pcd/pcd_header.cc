@@ -66,7 +66,7 @@ class HeaderParser {
     if (key == "FIELDS" || key == "COLUMNS") {
       TakeNames(values);
     } else if (key == "SIZE") {
-      TakeEach(key, values, [this](PcdField& field, std::string_view word) {
+      TakeEach(key, values, [](PcdField& field, std::string_view word) {
         field.size = ToInt(word, 1, 8).value_or(0);
         return field.size == 1 || field.size == 2 || field.size == 4 || field.size == 8;
       });

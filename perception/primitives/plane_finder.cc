@@ -135,8 +135,9 @@ int PlaneFinder::Collect(const DepthView& view, const Eigen::Vector3f& m, double
     const float expected = m.x() * view.x(i) + m.y() * view.y(i) + m.z();
     // As far as the fit sees it: what is symmetric in depth is not in inverse depth.
     const float residual = expected * (1 - expected / view.inverse_z(i));
-    const bool on = (barred_[i] == 0) & (expected > nearest) &
-                    (std::abs(residual) * view.inverse_sigma(i) < limit);
+    int on = barred_[i] == 0 ? 1 : 0;  // no branches: four readings at a time
+    on &= expected > nearest ? 1 : 0;
+    on &= std::abs(residual) * view.inverse_sigma(i) < limit ? 1 : 0;
     mark_[i] = static_cast<std::uint8_t>(on);
   }
   int count = 0;
