@@ -38,10 +38,10 @@ bool TracerConfig::Valid() const {
          accel_mps2 > 0 && alpha_radps2 > 0 && brake_mps2 > 0 && brake_radps2 > 0 &&
          stop_mps2 > 0 && stop_radps2 > 0 && command_timeout > Duration::zero() &&
          boot_time >= Duration::zero() && std::isfinite(battery_V) && charge_percent >= 0 &&
-         charge_percent <= 100 && yaw_scale > 0 && slip >= 0 && slip <= 1;
+         charge_percent <= 100 && slip.Valid();
 }
 
-TracerDevice::TracerDevice(const TracerConfig& config) : config_(config) {
+TracerDevice::TracerDevice(const TracerConfig& config) : config_(config), slip_(config.slip) {
   assert(config.Valid());
   SetBattery(config.battery_V, config.charge_percent);
 }
@@ -146,14 +146,8 @@ void TracerDevice::LoseMotorDriver(int motor, bool lost) {
   exception_ = exception_ || lost;
 }
 
-void TracerDevice::SetSlip(double slip, double yaw_scale) {
-  config_.slip = slip;
-  config_.yaw_scale = yaw_scale;
-  assert(config_.Valid());
-}
-
 BaseMotion TracerDevice::motion() const {
-  return {v_mps_ * (1 - config_.slip), omega_radps_ * config_.yaw_scale};
+  return slip_.Motion({v_mps_, omega_radps_}, config_.track_m);
 }
 
 bool TracerDevice::Powered() const { return !emergency_stop_ && !exception_ && !undervoltage_; }
@@ -195,8 +189,11 @@ void TracerDevice::Drive(double dt_s, Time now) {
   }
   v_mps_ = Ramp(v_mps_, v, accel * dt_s);
   omega_radps_ = Ramp(omega_radps_, omega, alpha * dt_s);
-  left_m_ += LeftWheel_mps() * dt_s;
-  right_m_ += RightWheel_mps() * dt_s;
+  const double left_m = LeftWheel_mps() * dt_s;
+  const double right_m = RightWheel_mps() * dt_s;
+  left_m_ += left_m;
+  right_m_ += right_m;
+  slip_.Roll(left_m, right_m);
 }
 
 double TracerDevice::LeftWheel_mps() const { return v_mps_ - omega_radps_ * config_.track_m / 2; }

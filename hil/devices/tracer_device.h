@@ -5,6 +5,7 @@
 #include <optional>
 #include <vector>
 
+#include "hil/devices/wheel_slip.h"
 #include "platform/can/frame.h"
 #include "platform/can/tracer_messages.h"
 #include "platform/core/time.h"
@@ -33,18 +34,9 @@ struct TracerConfig {
   double battery_V = 26.0;
   double charge_percent = 80;
 
-  // Faults. Real turning = yaw_scale * what the wheels (and so 0x221, 0x311) say; real travel =
-  // (1 - slip) * what they say.
-  double yaw_scale = 1.0;
-  double slip = 0.0;
+  WheelSlipConfig slip{};  ///< what the wheels, and so 0x221 and 0x311, do not tell
 
   bool Valid() const;
-};
-
-/// What really turns and travels, for the plant.
-struct BaseMotion {
-  double v_mps = 0;
-  double omega_radps = 0;
 };
 
 /// The AgileX Tracer as a node on the bus, protocol v2.
@@ -69,6 +61,7 @@ class TracerDevice {
   /// steps of at most a few ms.
   void Step(Time now, std::vector<can::Frame>& out);
 
+  /// For the plant.
   BaseMotion motion() const;
 
   // What a person or the world does to it.
@@ -76,7 +69,7 @@ class TracerDevice {
   void SetRemote(bool on, double v_mps, double omega_radps);
   void SetBattery(double volts, double charge_percent);
   void LoseMotorDriver(int motor, bool lost);  ///< motor 1 or 2; raises an exception
-  void SetSlip(double slip, double yaw_scale);
+  void Spill(double left, double right) { slip_.Spill(left, right); }  ///< shares of grip lost
 
   bool can_mode() const { return can_mode_; }
   bool exception() const { return exception_; }
@@ -99,6 +92,7 @@ class TracerDevice {
   can::ControlMode Mode() const;
 
   TracerConfig config_;
+  WheelSlip slip_;
   std::optional<Time> booted_;
   Time last_{};
   Time next_fast_{};

@@ -20,12 +20,18 @@ Time FaultTime(const ScheduledFault& fault) {
   return fault.kind == FaultKind::kAbsent ? Time{} : Time{FromSeconds(fault.at_s)};
 }
 
-DeviceSetConfig Devices(const Plant& plant, const std::vector<ScheduledFault>& faults) {
+DeviceSetConfig Devices(const Plant& plant, const Scenario& scenario, std::uint64_t seed) {
   DeviceSetConfig config = TracerUf7Devices(plant.lower_rad(), plant.upper_rad());
-  for (const ScheduledFault& fault : faults) {
+  const BaseSpec& base = scenario.base;
+  config.tracer.slip = {.yaw_scale_slow = base.yaw_scale_slow,
+                        .yaw_scale_fast = base.yaw_scale_fast,
+                        .slip = base.slip,
+                        .slip_sigma = base.slip_sigma,
+                        .seed = seed};
+  for (const ScheduledFault& fault : scenario.faults) {
     const int device = DeviceNumber(fault.device);
-    if (device < 0) {
-      continue;  // the camera's
+    if (device < 0 || fault.kind == FaultKind::kSlip) {
+      continue;  // the camera's, and what Emulator::Spill does
     }
     if (fault.kind == FaultKind::kAbsent) {
       config.absent[device] = true;
@@ -45,7 +51,7 @@ Emulator::Emulator(const Scenario& scenario, const Vec<kPlantJoints>& home_rad, 
       start_{scenario.start.x_m, scenario.start.y_m, scenario.start.yaw_rad},
       start_joints_rad_(JointsOf(scenario.start, home_rad)),
       plant_(TracerUf7Description(), start_, start_joints_rad_),
-      devices_(Devices(plant_, scenario.faults), ports),
+      devices_(Devices(plant_, scenario, seed), ports),
       camera_(scenario.camera, scenario_.solids, robot_, seed),
       truth_(scenario_, robot_) {
   for (const ScheduledFault& fault : scenario.faults) {
@@ -55,7 +61,22 @@ Emulator::Emulator(const Scenario& scenario, const Vec<kPlantJoints>& home_rad, 
   }
 }
 
+/// The floor's wet places, by the time at which the robot gets there.
+void Emulator::Spill(Time now) {
+  const double now_s = ToSeconds(now);
+  double left = 0;
+  double right = 0;
+  for (const ScheduledFault& fault : scenario_.faults) {
+    if (fault.kind == FaultKind::kSlip && now_s >= fault.at_s && now_s < fault.at_s + fault.for_s) {
+      left += fault.left;
+      right += fault.right;
+    }
+  }
+  devices_.tracer().Spill(left, right);
+}
+
 void Emulator::Step(Time now) {
+  Spill(now);
   const DeviceMotion motion = devices_.Step(now, plant_.joints_rad());
   const BasePose before = plant_.base();
   const Vec<kPlantJoints> joints = plant_.joints_rad();

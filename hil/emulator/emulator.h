@@ -50,6 +50,7 @@ class Emulator {
   double joint_travel_rad() const { return joint_travel_rad_; }  ///< sum over the joints
 
  private:
+  void Spill(Time now);
   std::span<const Isometry3d> Links();
 
   Scenario scenario_;

@@ -195,6 +195,26 @@ void ReadCamera(TomlTable& table, CameraSpec& c) {
   table.Finish();
 }
 
+void ReadBase(TomlTable& table, BaseSpec& b) {
+  b.yaw_scale_slow = table.Number("yaw_scale_slow", 0.5, 2, b.yaw_scale_slow);
+  b.yaw_scale_fast = table.Number("yaw_scale_fast", 0.5, 2, b.yaw_scale_fast);
+  b.slip = table.Number("slip", 0, 1, b.slip);
+  b.slip_sigma = table.Number("slip_sigma", 0, 1, b.slip_sigma);
+  table.Finish();
+}
+
+FaultKind ReadFaultKind(TomlTable& table, const std::string& device) {
+  const std::string kind = table.Text("kind");
+  if (kind == "slip" && device != "tracer") {
+    table.Error("kind", "only the tracer can slip");
+  } else if (kind != "absent" && kind != "silent" && kind != "slip") {
+    table.Error("kind", "must be absent, silent or slip");
+  }
+  return kind == "silent" ? FaultKind::kSilent
+         : kind == "slip" ? FaultKind::kSlip
+                          : FaultKind::kAbsent;
+}
+
 void ReadFaults(TomlTable& root, std::vector<ScheduledFault>& faults) {
   static const std::set<std::string> kDevices = {"tracer", "arm1", "arm2", "arm3",  "arm4",
                                                  "arm5",   "arm6", "arm7", "camera"};
@@ -204,14 +224,15 @@ void ReadFaults(TomlTable& root, std::vector<ScheduledFault>& faults) {
     if (!kDevices.contains(fault.device)) {
       table.Error("device", "must be tracer, arm1 ... arm7 or camera");
     }
-    const std::string kind = table.Text("kind");
-    if (kind != "absent" && kind != "silent") {
-      table.Error("kind", "must be absent or silent");
-    }
-    fault.kind = kind == "silent" ? FaultKind::kSilent : FaultKind::kAbsent;
+    fault.kind = ReadFaultKind(table, fault.device);
     fault.at_s = table.Number("at_s", 0, 1e6, 0.0);
     if (fault.kind == FaultKind::kAbsent && fault.at_s != 0) {
       table.Error("at_s", "an absent device was never there: at_s is for silent ones");
+    }
+    if (fault.kind == FaultKind::kSlip) {
+      fault.for_s = table.Number("for_s", 0, 1e6);
+      fault.left = table.Number("left", 0, 1, 0.0);
+      fault.right = table.Number("right", 0, 1, 0.0);
     }
     table.Finish();
     faults.push_back(fault);
@@ -238,6 +259,9 @@ Scenario ReadScenario(TomlTable& root, const std::string& directory) {
   ReadSolids(root, directory, scenario.solids);
   if (auto table = root.Table("camera", false)) {
     ReadCamera(*table, scenario.camera);
+  }
+  if (auto table = root.Table("base", false)) {
+    ReadBase(*table, scenario.base);
   }
   ReadFaults(root, scenario.faults);
   root.Finish();

@@ -45,15 +45,27 @@ struct CameraSpec {
   double below_min_wrong_fraction = 0.02;  ///< of those nearer than z_min: wrong value, not none
 };
 
+/// What the base's wheels do not tell; see hil/devices/wheel_slip.h.
+struct BaseSpec {
+  double yaw_scale_slow = 1;
+  double yaw_scale_fast = 1;
+  double slip = 0;
+  double slip_sigma = 0;
+};
+
 enum class FaultKind : unsigned char {
   kAbsent,  ///< was never there
   kSilent,  ///< stops answering at at_s
+  kSlip,    ///< the base's wheels lose grip at at_s, for for_s
 };
 
 struct ScheduledFault {
   std::string device;  ///< "tracer", "arm1" ... "arm7", "camera"
   FaultKind kind = FaultKind::kAbsent;
   double at_s = 0;
+  double for_s = 0;  ///< kSlip's, as what follows: the share of its travel that each wheel loses
+  double left = 0;
+  double right = 0;
 };
 
 /// A world and a robot's start in it. The format is documented in hil/world/scenarios/pipes3.toml.
@@ -68,7 +80,8 @@ struct ScheduledFault {
 ///   [[cylinder]]           name from_m to_m radius_m
 ///   [[mesh]]               name file, scale (1), position_m (0 0 0), rpy_rad (0 0 0)
 ///   [camera]               the fields of CameraSpec
-///   [[fault]]              device kind at_s (0)
+///   [base]                 the fields of BaseSpec
+///   [[fault]]              device kind at_s (0), for slip also for_s left (0) right (0)
 struct Scenario {
   std::string name;
   std::string description;
@@ -77,6 +90,7 @@ struct Scenario {
   StartPose start;
   std::vector<Solid> solids;  ///< planes, boxes, cylinders, meshes; each in the order of the file
   CameraSpec camera;
+  BaseSpec base;
   std::vector<ScheduledFault> faults;
 };
 

@@ -246,11 +246,11 @@ TEST(TracerDevice, WheelsOdometerAndMotorsAgreeWithTheMotion) {
 }
 
 TEST(TracerDevice, SlipAndYawScaleAreWhatItsOwnFramesDoNotSay) {
-  Bench bench(TracerConfig{.yaw_scale = 1.05, .slip = 0.1});
+  Bench bench(TracerConfig{.slip = {.yaw_scale_slow = 1.05, .slip = 0.1}});
   bench.Enable();
   bench.Drive(kSdkCurve, 1000);
-  EXPECT_NEAR(bench.base.motion().v_mps, 0.45, 1e-12);
-  EXPECT_NEAR(bench.base.motion().omega_radps, -0.315, 1e-12);
+  EXPECT_NEAR(bench.base.motion().v_mps, 0.9 * 0.5, 1e-12);
+  EXPECT_NEAR(bench.base.motion().omega_radps, -0.9 * 1.05 * 0.3, 1e-12);
   EXPECT_EQ(bench.Last(0x221), Bytes(0x221, {0x01, 0xF4, 0xFE, 0xD4, 0, 0, 0, 0}));
 }
 

@@ -238,6 +238,29 @@ TEST_F(EmulatorTest, GivesFramesAtTheCamerasRateUntilItFallsSilent) {
   EXPECT_EQ(Frames(*absent.emulator, 1000), 0);
 }
 
+TEST_F(EmulatorTest, LetsTheWheelsSlipWhenTheScenarioSaysAndTellsNobody) {
+  Bench sound(Cell());
+  Bench slipping(
+      Cell("[base]\nyaw_scale_slow = 1.06\n[[fault]]\ndevice = \"tracer\"\n"
+           "kind = \"slip\"\nat_s = 4\nfor_s = 1\nleft = 0.5\nright = 0.5\n"));
+  for (Bench* bench : {&sound, &slipping}) {
+    bench->For(seconds(3));
+    bench->v_mps = 0.1;
+    bench->For(seconds(3));
+    bench->v_mps = 0;
+    bench->For(seconds(1));
+    bench->omega_radps = 0.2;
+    bench->For(seconds(2));
+    bench->omega_radps = 0;
+    bench->For(seconds(1));
+  }
+  // A second at 0.1 m/s of which half is lost; turns that are 1.06 times as far.
+  EXPECT_NEAR(slipping.emulator->base_travel_m(), sound.emulator->base_travel_m() - 0.05, 1e-3);
+  EXPECT_NEAR(slipping.pose().yaw_rad - 0.5, 1.06 * (sound.pose().yaw_rad - 0.5), 1e-9);
+  EXPECT_EQ(slipping.base.odometer().left_m, sound.base.odometer().left_m);
+  EXPECT_EQ(slipping.base.odometer().right_m, sound.base.odometer().right_m);
+}
+
 TEST_F(EmulatorTest, LeavesAbsentDevicesOutAndSilencesThoseThatAreToFallSilent) {
   const std::string device = "[[fault]]\ndevice = ";
   Bench no_elbow(Cell(device + "\"arm3\"\nkind = \"absent\"\n"));

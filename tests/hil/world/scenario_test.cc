@@ -41,7 +41,9 @@ TEST(Scenario, KeepsWhatEachTableSays) {
       "[[plane]]\nname='p'\nnormal=[0,-2,0]\noffset_m=-3\nground=true\n"
       "[[box]]\nname='b'\ncenter_m=[1,2,3]\nsize_m=[1,2,3]\nrpy_rad=[0,0,1.5707963267948966]\n"
       "[camera]\nrate_hz=30\n"
-      "[[fault]]\ndevice='arm3'\nkind='silent'\nat_s=2.5\n");
+      "[base]\nyaw_scale_slow=1.06\nyaw_scale_fast=1.03\nslip=0.01\nslip_sigma=0.02\n"
+      "[[fault]]\ndevice='arm3'\nkind='silent'\nat_s=2.5\n"
+      "[[fault]]\ndevice='tracer'\nkind='slip'\nat_s=3\nfor_s=2\nright=0.3\n");
   ASSERT_TRUE(result.scenario) << result.errors[0];
   const Scenario& s = *result.scenario;
   ASSERT_EQ(s.solids.size(), 3U);
@@ -53,10 +55,18 @@ TEST(Scenario, KeepsWhatEachTableSays) {
   EXPECT_NEAR(Distance(s.solids[2], Vector3d(1, 2.5, 0)), 0.5, 1e-12);
   EXPECT_EQ(s.start.joints_rad[6], 7);
   EXPECT_EQ(s.camera.rate_hz, 30);
-  ASSERT_EQ(s.faults.size(), 1U);
+  EXPECT_EQ(s.base.yaw_scale_slow, 1.06);
+  EXPECT_EQ(s.base.yaw_scale_fast, 1.03);
+  EXPECT_EQ(s.base.slip, 0.01);
+  EXPECT_EQ(s.base.slip_sigma, 0.02);
+  ASSERT_EQ(s.faults.size(), 2U);
   EXPECT_EQ(s.faults[0].device, "arm3");
   EXPECT_EQ(s.faults[0].kind, FaultKind::kSilent);
   EXPECT_EQ(s.faults[0].at_s, 2.5);
+  EXPECT_EQ(s.faults[1].kind, FaultKind::kSlip);
+  EXPECT_EQ(s.faults[1].for_s, 2);
+  EXPECT_EQ(s.faults[1].left, 0);
+  EXPECT_EQ(s.faults[1].right, 0.3);
 }
 
 TEST(Scenario, DefaultMapHoldsAStartThatIsFarFromTheWorkspace) {
@@ -114,6 +124,15 @@ const Bad kBad[] = {
      "camera.z_max_m: must be greater"},
     {"an unknown device", "[[fault]]\ndevice='arm8'\nkind='silent'\n", "fault[0].device: must be"},
     {"an unknown fault", "[[fault]]\ndevice='arm7'\nkind='tired'\n", "fault[0].kind: must be"},
+    {"a slip of an arm", "[[fault]]\ndevice='arm7'\nkind='slip'\nfor_s=1\n",
+     "t.toml:11:6: fault[0].kind: only the tracer"},
+    {"a slip without end", "[[fault]]\ndevice='tracer'\nkind='slip'\n", "fault[0].for_s: missing"},
+    {"a slip of more than all", "[[fault]]\ndevice='tracer'\nkind='slip'\nfor_s=1\nleft=1.5\n",
+     "t.toml:13:6: fault[0].left: must be within"},
+    {"a silence with an end", "[[fault]]\ndevice='arm7'\nkind='silent'\nfor_s=1\n",
+     "fault[0].for_s: unknown key"},
+    {"a base that turns backwards", "[base]\nyaw_scale_slow=-1\n",
+     "t.toml:10:16: base.yaw_scale_slow: must be within"},
     {"an absence with a time", "[[fault]]\ndevice='arm7'\nkind='absent'\nat_s=3\n",
      "fault[0].at_s: an absent device"},
     {"a map smaller than the workspace", "[map]\nlo_m=[0,0,0]\nhi_m=[1,1,1]\n",
