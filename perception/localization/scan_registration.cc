@@ -1,0 +1,154 @@
+// SPDX-License-Identifier: MIT
+#include "perception/localization/scan_registration.h"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+
+namespace pipewright {
+namespace {
+
+constexpr double kKernel = 3;        ///< sigmas, of the robust weight
+constexpr double kSettled_m = 5e-4;  ///< the kernel's reach at which steps may end
+
+struct NormalEquations {
+  Mat<3, 3> H = Mat<3, 3>::Zero();
+  Mat<3, 3> H_false = Mat<3, 3>::Zero();
+  Vector3d g = Vector3d::Zero();
+  int associated = 0;
+  int inliers = 0;
+  double chi2 = 0;  ///< of the inliers
+};
+
+NormalEquations Linearise(const SurfelMap& map, std::span<const ScanPoint> scan,
+                          const Isometry3d& X_BS, const Vector3d& pose, double reach_m,
+                          const RegistrationConfig& config) {
+  NormalEquations sum;
+  const Isometry3d X_WS = BaseAt(pose) * X_BS;
+  const Vector3d p_WS = X_WS.translation();
+  for (const ScanPoint& point : scan) {
+    const Vector3d p_WQ = X_WS * point.p_SQ.cast<double>();
+    const Surfel* surfel = map.Find(p_WQ);
+    if (surfel == nullptr) {
+      continue;
+    }
+    const Vector3d& n = surfel->n_W;
+    const double cosine = -n.dot((p_WQ - p_WS).normalized());
+    if (!(cosine > config.view_cosine)) {
+      continue;  // grazing, or the surface's other side
+    }
+    const Vector3d away = p_WQ - surfel->p_W;
+    const double r = n.dot(away);
+    const double range_var = point.sigma_m * point.sigma_m * cosine * cosine;
+    const double var = range_var + surfel->offset_var_m2 +
+                       surfel->tilt_var_rad2 * away.squaredNorm() + config.model_m * config.model_m;
+    ++sum.associated;
+    if (r * r < kKernel * kKernel * var) {
+      ++sum.inliers;
+      sum.chi2 += r * r / var;
+    }
+    const double wide_var = var + reach_m * reach_m;
+    const double robust = 1 / (1 + r * r / (kKernel * kKernel * wide_var));
+    const double w = robust * robust / wide_var;
+    Mat<3, 3> B = Mat<3, 3>::Identity();
+    B.row(2) << pose.y() - p_WQ.y(), p_WQ.x() - pose.x(), 0;
+    const Vector3d J = B * n;
+    const Mat<3, 3> across = B.lazyProduct(B.transpose()) - J * J.transpose();
+    sum.H += w * J * J.transpose();
+    sum.H_false += w * (surfel->tilt_var_rad2 + config.model_rad * config.model_rad) * across;
+    sum.g += w * r * J;
+  }
+  return sum;
+}
+
+/// What the equations tell, direction by direction. In (x, y, phi) with phi at 1 m, as it is.
+struct Solution {
+  Vector3d step = Vector3d::Zero();
+  Mat<3, 3> information = Mat<3, 3>::Zero();
+  int directions = 0;
+};
+
+Solution Solve(const NormalEquations& sum, double clear) {
+  Solution solution;
+  Eigen::SelfAdjointEigenSolver<Mat<3, 3>> solver;
+  solver.computeDirect(sum.H);
+  for (int k = 0; k < 3; ++k) {
+    const Vector3d v = solver.eigenvectors().col(k);
+    const double told = v.dot(sum.H * v);
+    const double feigned = v.dot(sum.H_false * v);
+    if (!(told > 0) || told < clear * feigned) {
+      continue;
+    }
+    ++solution.directions;
+    solution.step -= v * (v.dot(sum.g) / told);
+    solution.information += (told - feigned) * v * v.transpose();
+  }
+  return solution;
+}
+
+bool Finite(const Isometry3d& X_BS, const Vector3d& guess) {
+  return X_BS.matrix().allFinite() && guess.allFinite();
+}
+
+}  // namespace
+
+Isometry3d BaseAt(const Vector3d& pose) {
+  Isometry3d X_WB = Isometry3d::Identity();
+  X_WB.linear() = Eigen::AngleAxisd(pose.z(), Vector3d::UnitZ()).toRotationMatrix();
+  X_WB.translation() << pose.x(), pose.y(), 0;
+  return X_WB;
+}
+
+Status Register(const SurfelMap& map, std::span<const ScanPoint> scan, const Isometry3d& X_BS,
+                const Vector3d& guess, const RegistrationConfig& config, PoseFix& fix,
+                RegistrationFigures& figures) {
+  assert(Valid(config));
+  figures = {};
+  if (!Finite(X_BS, guess)) {
+    return Status::kOutOfRange;
+  }
+  Vector3d pose = guess;
+  double reach_m = config.reach_m;
+  NormalEquations sum;
+  bool settled = false;
+  while (!settled && figures.iterations < config.iterations) {
+    ++figures.iterations;
+    sum = Linearise(map, scan, X_BS, pose, reach_m, config);
+    if (sum.associated < config.points_min) {
+      figures.associated = sum.associated;
+      return Status::kUnavailable;
+    }
+    const Vector3d step = Solve(sum, config.clear).step;
+    if (!step.allFinite()) {
+      return Status::kOutOfRange;
+    }
+    pose += step;
+    settled = reach_m <= kSettled_m && step.head<2>().norm() < config.step_m &&
+              std::abs(step.z()) < config.step_rad;
+    reach_m = reach_m > kSettled_m ? reach_m / 2 : 0;
+  }
+  fix.pose = pose;
+  sum = Linearise(map, scan, X_BS, pose, 0, config);
+  figures.associated = sum.associated;
+  figures.inlier_share = sum.associated > 0 ? 1.0 * sum.inliers / sum.associated : 0;
+  figures.chi2 = sum.inliers > 0 ? sum.chi2 / sum.inliers : 0;
+  if (!settled) {
+    return Status::kIterationLimit;
+  }
+  if (sum.associated < config.points_min) {
+    return Status::kUnavailable;
+  }
+  if (figures.inlier_share < config.inliers_min) {
+    return Status::kFault;
+  }
+  const Solution solution = Solve(sum, config.clear);
+  figures.directions = solution.directions;
+  if (solution.directions == 0) {
+    return Status::kInfeasible;
+  }
+  fix.information = solution.information / std::max(1.0, figures.chi2);
+  return Status::kOk;
+}
+
+}  // namespace pipewright

@@ -1,0 +1,269 @@
+// SPDX-License-Identifier: MIT
+#include "perception/localization/scan_registration.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/LU>
+#include <cmath>
+#include <limits>
+#include <memory>
+#include <vector>
+
+#include "platform/core/rng.h"
+
+namespace pipewright {
+namespace {
+
+/// A half-space, free where n.p > d.
+struct Wall {
+  Vector3d n;
+  double d;
+};
+
+// No wall lies on a multiple of the cell, but for the back one.
+const std::vector<Wall> kRoom = {{Vector3d::UnitZ(), 0},
+                                 {-Vector3d::UnitX(), -1.5},
+                                 {Vector3d::UnitY(), -1.02},
+                                 {-Vector3d::UnitY(), -1.33},
+                                 {Vector3d(1, 0.2, 0).normalized(), -1.2}};
+const std::vector<Wall> kCorridor = {
+    {Vector3d::UnitZ(), 0}, {Vector3d::UnitY(), -1.02}, {-Vector3d::UnitY(), -1.33}};
+
+/// A LiDAR's revolution among walls: rays all round, noise along the ray.
+std::vector<ScanPoint> Look(const std::vector<Wall>& walls, const Isometry3d& X_WS, int count,
+                            double sigma_m, Rng& rng) {
+  std::vector<ScanPoint> scan;
+  for (int i = 0; i < count; ++i) {
+    const double azimuth = rng.Uniform(-M_PI, M_PI);
+    const double z = rng.Uniform(-0.4, 0.4);
+    const Vector3d ray_S(std::sqrt(1 - z * z) * std::cos(azimuth),
+                         std::sqrt(1 - z * z) * std::sin(azimuth), z);
+    const Vector3d ray_W = X_WS.linear() * ray_S;
+    double range = std::numeric_limits<double>::infinity();
+    for (const Wall& wall : walls) {
+      const double towards = -wall.n.dot(ray_W);
+      if (towards > 1e-9) {
+        range = std::min(range, (wall.n.dot(X_WS.translation()) - wall.d) / towards);
+      }
+    }
+    if (range < 4) {
+      const double read = range + sigma_m * rng.Normal();
+      scan.push_back({(read * ray_S).cast<float>(), static_cast<float>(sigma_m)});
+    }
+  }
+  return scan;
+}
+
+/// The sensor on the base, tilted.
+Isometry3d Mount() {
+  Isometry3d X_BS = Isometry3d::Identity();
+  X_BS.linear() = Eigen::AngleAxisd(0.3, Vector3d(1, 2, 0.5).normalized()).toRotationMatrix();
+  X_BS.translation() << 0.2, -0.1, 0.6;
+  return X_BS;
+}
+
+void Fill(SurfelMap& map, const std::vector<Wall>& walls, const Vector3d& pose, double sigma_m,
+          Rng& rng) {
+  const Isometry3d X_WS = BaseAt(pose) * Mount();
+  for (const ScanPoint& point : Look(walls, X_WS, 120000, sigma_m, rng)) {
+    (void)map.Add(X_WS * point.p_SQ.cast<double>(), point.sigma_m, X_WS.translation());
+  }
+}
+
+TEST(SurfelMap, FindsTheWallsWhereTheyAre) {
+  Rng rng(1);
+  const auto map = std::make_unique<SurfelMap>();
+  Fill(*map, kRoom, Vector3d::Zero(), 0.005, rng);
+  const Isometry3d X_WS = Mount();
+  int found = 0;
+  int asked = 0;
+  for (const ScanPoint& point : Look(kRoom, X_WS, 2000, 1e-9, rng)) {
+    const Vector3d p = X_WS * point.p_SQ.cast<double>();
+    int beside = 0;  // walls within the reach of a cell and its neighbours
+    const Wall* own = nullptr;
+    for (const Wall& wall : kRoom) {
+      const double away = std::abs(wall.n.dot(p) - wall.d);
+      beside += away < 0.15;
+      own = away < 1e-4 ? &wall : own;
+    }
+    const Surfel* surfel = map->Find(p);
+    ++asked;
+    if (surfel == nullptr || beside != 1 || own == nullptr) {
+      continue;
+    }
+    ++found;
+    EXPECT_GT(surfel->n_W.dot(own->n), std::cos(0.06));
+    EXPECT_NEAR(own->n.dot(surfel->p_W), own->d, 0.004);
+  }
+  EXPECT_GT(found, asked / 2);
+}
+
+/// A wall on the border of two cells: each sees half of the noise, yet the surfels lie on the wall.
+TEST(SurfelMap, IsNotTornByAWallOnTheBorderOfCells) {
+  const auto map = std::make_unique<SurfelMap>();
+  Rng rng(2);
+  constexpr double kSigma_m = 0.006;
+  const Vector3d eye(0, 0, 0.5);
+  for (int i = 0; i < 40000; ++i) {
+    const Vector3d p(1.5 + kSigma_m * rng.Normal(), rng.Uniform(-0.5, 0.5), rng.Uniform(0, 1));
+    (void)map->Add(p, kSigma_m, eye);
+  }
+  double sum = 0;
+  int count = 0;
+  for (double y = -0.4; y < 0.4; y += 0.013) {
+    for (const double x : {1.49, 1.51}) {
+      const Surfel* surfel = map->Find({x, y, 0.5});
+      ASSERT_NE(surfel, nullptr);
+      EXPECT_NEAR(surfel->p_W.x(), 1.5, 0.0015) << "half of the noise alone has its mean at 4.8 mm";
+      sum += surfel->p_W.x();
+      ++count;
+    }
+  }
+  EXPECT_NEAR(sum / count, 1.5, 3e-4);
+}
+
+TEST(SurfelMap, IsFrozenOnceItIsSure) {
+  const auto map = std::make_unique<SurfelMap>(SurfelMapConfig{.count_max = 64});
+  Rng rng(3);
+  const auto add = [&](double x) {
+    const Vector3d p(x, rng.Uniform(0, 0.3), rng.Uniform(0, 0.3));
+    return map->Add(p, 0.002, Vector3d::Zero());
+  };
+  for (int i = 0; i < 20000; ++i) {
+    ASSERT_EQ(add(1.025), Status::kOk);
+  }
+  const Surfel before = *map->Find({1.025, 0.125, 0.125});
+  for (int i = 0; i < 20000; ++i) {
+    ASSERT_EQ(add(1.035), Status::kOk);
+  }
+  EXPECT_EQ(map->Find({1.025, 0.125, 0.125})->p_W, before.p_W);
+}
+
+TEST(SurfelMap, RefusesWhatIsNoPointAndWhatItHasNoRoomFor) {
+  const auto map = std::make_unique<SurfelMap>();
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_EQ(map->Add({nan, 0, 0}, 0.01, Vector3d::Zero()), Status::kOutOfRange);
+  EXPECT_EQ(map->Add({1e9, 0, 0}, 0.01, Vector3d::Zero()), Status::kOutOfRange);
+  EXPECT_EQ(map->Add({1, 0, 0}, 0, Vector3d::Zero()), Status::kOutOfRange);
+  EXPECT_EQ(map->Add({1, 0, 0}, nan, Vector3d::Zero()), Status::kOutOfRange);
+  EXPECT_EQ(map->cells(), 0);
+  for (int i = 0; i < SurfelMap::kMaxCells; ++i) {
+    ASSERT_EQ(
+        map->Add({0.05 * (i % 200) + 0.01, 0.05 * (i / 200) + 0.01, 0.01}, 0.01, Vector3d::Zero()),
+        Status::kOk);
+  }
+  EXPECT_EQ(map->Add({-5, -5, 0}, 0.01, Vector3d::Zero()), Status::kFull);
+  EXPECT_EQ(map->refused(), 1U);
+  EXPECT_EQ(map->Add({0.01, 0.01, 0.01}, 0.01, Vector3d::Zero()), Status::kOk) << "a cell it has";
+  map->Clear();
+  EXPECT_EQ(map->cells(), 0);
+  EXPECT_EQ(map->Find({0.01, 0.01, 0.01}), nullptr);
+}
+
+class Registration : public testing::Test {
+ protected:
+  Status FromGuess(const std::vector<ScanPoint>& scan, const Vector3d& guess) {
+    return Register(*map_, scan, Mount(), guess, {}, fix_, figures_);
+  }
+
+  const std::unique_ptr<SurfelMap> map_ = std::make_unique<SurfelMap>();
+  Rng rng_{4};
+  PoseFix fix_;
+  RegistrationFigures figures_;
+};
+
+TEST_F(Registration, FindsThePoseThatTheScanWasTakenFrom) {
+  Fill(*map_, kRoom, Vector3d::Zero(), 0.005, rng_);
+  for (int trial = 0; trial < 40; ++trial) {
+    const Vector3d truth(rng_.Uniform(-0.4, 0.4), rng_.Uniform(-0.4, 0.4), rng_.Uniform(-3, 3));
+    const Vector3d off(rng_.Uniform(-0.04, 0.04), rng_.Uniform(-0.04, 0.04),
+                       rng_.Uniform(-0.05, 0.05));
+    const auto scan = Look(kRoom, BaseAt(truth) * Mount(), 1500, 0.005, rng_);
+    ASSERT_EQ(FromGuess(scan, truth + off), Status::kOk) << trial;
+    EXPECT_EQ(figures_.directions, 3);
+    EXPECT_LT((fix_.pose - truth).head<2>().norm(), 2e-3) << trial;
+    EXPECT_LT(std::abs(fix_.pose.z() - truth.z()), 2e-3) << trial;
+  }
+}
+
+/// Against the exact normal equations of walls that are known: sum of n_i n_i' / σ² over points.
+TEST_F(Registration, StatesTheInformationOfTheScansNoise) {
+  constexpr double kSigma_m = 0.01;
+  Fill(*map_, kRoom, Vector3d::Zero(), kSigma_m, rng_);
+  constexpr int kTrials = 150;
+  Mat<3, 3> spread = Mat<3, 3>::Zero();
+  Mat<3, 3> stated = Mat<3, 3>::Zero();
+  Vector3d mean = Vector3d::Zero();
+  std::vector<Vector3d> errors;
+  for (int trial = 0; trial < kTrials; ++trial) {
+    const Vector3d truth(0.1, -0.1, 0.2);
+    const auto scan = Look(kRoom, BaseAt(truth) * Mount(), 600, kSigma_m, rng_);
+    ASSERT_EQ(FromGuess(scan, truth), Status::kOk);
+    errors.push_back(fix_.pose - truth);
+    mean += errors.back() / kTrials;
+    stated += fix_.information.inverse() / kTrials;
+  }
+  for (const Vector3d& error : errors) {
+    spread += (error - mean) * (error - mean).transpose() / (kTrials - 1);
+  }
+  for (int i = 0; i < 3; ++i) {
+    EXPECT_GT(stated(i, i), 0.7 * spread(i, i)) << i;  // never much surer than it is
+    EXPECT_LT(stated(i, i), 2.5 * spread(i, i)) << i;
+    EXPECT_LT(std::abs(mean(i)), 2e-3) << "what all scans share: the map's own error";
+  }
+}
+
+TEST_F(Registration, ACorridorHoldsTheBaseAcrossButNotAlong) {
+  Fill(*map_, kCorridor, Vector3d::Zero(), 0.005, rng_);
+  const Vector3d truth(0.3, 0.1, 0.1);
+  const Vector3d guess = truth + Vector3d(0.05, 0.03, -0.03);
+  const auto scan = Look(kCorridor, BaseAt(truth) * Mount(), 2000, 0.005, rng_);
+  ASSERT_EQ(FromGuess(scan, guess), Status::kOk);
+  EXPECT_EQ(figures_.directions, 2);
+  EXPECT_NEAR(fix_.pose.y(), truth.y(), 2e-3);
+  EXPECT_NEAR(fix_.pose.z(), truth.z(), 2e-3);
+  EXPECT_NEAR(fix_.pose.x(), guess.x(), 5e-3);
+  const double along = fix_.information(0, 0);
+  EXPECT_LT(along, 1e-3 * fix_.information(1, 1));
+}
+
+TEST_F(Registration, AFloorAloneTellsNothingOfThePlane) {
+  const std::vector<Wall> floor = {{Vector3d::UnitZ(), 0}};
+  Fill(*map_, floor, Vector3d::Zero(), 0.005, rng_);
+  const auto scan = Look(floor, Mount(), 2000, 0.005, rng_);
+  EXPECT_EQ(FromGuess(scan, Vector3d::Zero()), Status::kInfeasible);
+}
+
+TEST_F(Registration, RefusesAScanOfAnotherPlaceAndOneOfTheUnknown) {
+  Fill(*map_, kRoom, Vector3d::Zero(), 0.005, rng_);
+  const auto scan = Look(kRoom, BaseAt({0.2, 0.1, 0}) * Mount(), 2000, 0.005, rng_);
+  EXPECT_EQ(FromGuess(scan, {50, 0, 0}), Status::kUnavailable);
+  EXPECT_EQ(FromGuess({}, Vector3d::Zero()), Status::kUnavailable);
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_EQ(FromGuess(scan, {nan, 0, 0}), Status::kOutOfRange);
+
+  // Each reading is up to a tenth too short or too long: there is no pose at which they fit.
+  std::vector<ScanPoint> torn = scan;
+  for (ScanPoint& point : torn) {
+    point.p_SQ *= 1 + static_cast<float>(rng_.Uniform(-0.1, 0.1));
+  }
+  RegistrationConfig config;
+  EXPECT_EQ(FromGuess(torn, {0.2, 0.1, 0}), Status::kIterationLimit);
+  config.iterations = 200;
+  EXPECT_EQ(Register(*map_, torn, Mount(), {0.2, 0.1, 0}, config, fix_, figures_), Status::kFault);
+}
+
+TEST_F(Registration, OutliersDoNotMoveIt) {
+  Fill(*map_, kRoom, Vector3d::Zero(), 0.005, rng_);
+  const Vector3d truth(0.2, 0.1, 0.5);
+  auto scan = Look(kRoom, BaseAt(truth) * Mount(), 2000, 0.005, rng_);
+  for (std::size_t i = 0; i < scan.size(); i += 5) {
+    scan[i].p_SQ *= 0.97F;  // a fifth of them short, all to the same side
+  }
+  ASSERT_EQ(FromGuess(scan, truth + Vector3d(0.02, -0.02, 0.02)), Status::kOk);
+  EXPECT_LT((fix_.pose - truth).head<2>().norm(), 4e-3);
+  EXPECT_LT(std::abs(fix_.pose.z() - truth.z()), 4e-3);
+}
+
+}  // namespace
+}  // namespace pipewright
