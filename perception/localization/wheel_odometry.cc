@@ -8,22 +8,23 @@
 namespace pipewright {
 namespace {
 
-struct Twist2 {
-  double forward_m = 0;
-  double turn_rad = 0;
-};
-
-/// The exact arc: a chord of length s sin(t/2)/(t/2) at heading phi + t/2, for arc s and turn t.
-void MoveAlongArc(BasePose& pose, const Twist2& d) {
-  const double half = d.turn_rad / 2;
-  const double sinc = std::fabs(half) < 1e-4 ? 1 - half * half / 6 : std::sin(half) / half;
-  const double chord = d.forward_m * sinc;
-  pose.x_m += chord * std::cos(pose.phi_rad + half);
-  pose.y_m += chord * std::sin(pose.phi_rad + half);
-  pose.phi_rad += d.turn_rad;
+void MoveAlongArc(BasePose& pose, const BaseStep& step) {
+  const Vector3d moved = AlongArc({pose.x_m, pose.y_m, pose.phi_rad}, step);
+  pose.x_m = moved.x();
+  pose.y_m = moved.y();
+  pose.phi_rad = moved.z();
 }
 
 }  // namespace
+
+/// A chord of length s sin(t/2)/(t/2) at heading phi + t/2, for arc s and turn t.
+Vector3d AlongArc(const Vector3d& pose, const BaseStep& step) {
+  const double half = step.turn_rad / 2;
+  const double sinc = std::fabs(half) < 1e-4 ? 1 - half * half / 6 : std::sin(half) / half;
+  const double chord = step.forward_m * sinc;
+  return {pose.x() + chord * std::cos(pose.z() + half),
+          pose.y() + chord * std::sin(pose.z() + half), pose.z() + step.turn_rad};
+}
 
 WheelOdometry::WheelOdometry(const WheelOdometryConfig& config) : config_(config) {
   assert(Valid(config));
@@ -31,6 +32,7 @@ WheelOdometry::WheelOdometry(const WheelOdometryConfig& config) : config_(config
 
 void WheelOdometry::Reset(const BasePose& pose) {
   pose_ = pose;
+  moved_ = {};
   slip_covariance_ = pose.covariance;
   v_mps_ = 0;
   w_radps_ = 0;
@@ -109,11 +111,12 @@ Vector3d WheelOdometry::RoundingVariance() const {
 /// Moves the pose by the wheels' steps. Covariance: P <- F P F' + V diag(slip variances) V', F and
 /// V the motion's derivatives by pose and by (forward, turn); what is reported adds the rounding.
 void WheelOdometry::Advance(double left_m, double right_m) {
-  const Twist2 d{(left_m + right_m) / 2, (right_m - left_m) / config_.track_m};
+  const BaseStep d{(left_m + right_m) / 2, (right_m - left_m) / config_.track_m};
   const double heading = pose_.phi_rad + d.turn_rad / 2;
   const double c = std::cos(heading);
   const double s = std::sin(heading);
   MoveAlongArc(pose_, d);
+  moved_ = d;
 
   const double driven = std::fabs(d.forward_m);
   const double turned = std::fabs(d.turn_rad);

@@ -26,6 +26,15 @@ constexpr bool Valid(const WheelOdometryConfig& c) {
          c.slip_m >= 0 && c.slip_rad_per_m >= 0 && c.slip_rad_per_rad >= 0;
 }
 
+/// A short way of the base: arc length, and the turn on it.
+struct BaseStep {
+  double forward_m = 0;
+  double turn_rad = 0;
+};
+
+/// The pose (x, y, phi) after a step along its exact arc.
+Vector3d AlongArc(const Vector3d& pose, const BaseStep& step);
+
 /// Pose of base B in the world W: X_WB = Translation(x, y, 0) RotZ(phi).
 struct BasePose {
   Time stamp{};
@@ -56,6 +65,8 @@ class WheelOdometry {
   Status Step(Time now, double v_mps, double w_radps, double left_m, double right_m);
 
   const BasePose& pose() const { return pose_; }
+  /// By how much the last Step moved the pose.
+  const BaseStep& moved() const { return moved_; }
 
   /// The pose at a moment shortly after the last report (at most max_gap), along its twist.
   BasePose Extrapolate(Time when) const;
@@ -77,6 +88,7 @@ class WheelOdometry {
 
   WheelOdometryConfig config_;
   BasePose pose_;
+  BaseStep moved_;
   Mat<3, 3> slip_covariance_ = Mat<3, 3>::Zero();
   bool started_ = false;
   double v_mps_ = 0;

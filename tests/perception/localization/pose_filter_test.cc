@@ -1,0 +1,350 @@
+// SPDX-License-Identifier: MIT
+#include "perception/localization/pose_filter.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/LU>
+#include <cmath>
+#include <limits>
+
+#include "platform/core/rng.h"
+
+namespace pipewright {
+namespace {
+
+using std::chrono::milliseconds;
+
+constexpr double kTrack_m = 0.35;
+constexpr int kReport_ms = 20;
+
+/// A base that moves apart from the code under test, and wheels that tell of it what they tell.
+struct Drive {
+  Vector3d truth = Vector3d::Zero();
+  double left_m = 0;
+  double right_m = 0;
+  Time now{};
+
+  /// One report's time; the base turns yaw_scale times as far as its wheels tell.
+  Status Run(PoseFilter& filter, double v_mps, double w_radps, double yaw_scale = 1) {
+    if (now == Time{}) {
+      (void)filter.Step(now, 0, 0, 0, 0);  // where the wheels' counts begin
+    }
+    for (int i = 0; i < kReport_ms; ++i) {
+      const double dt = 1e-3;
+      const double w_true = w_radps * yaw_scale;
+      truth.x() += v_mps * dt * std::cos(truth.z() + w_true * dt / 2);
+      truth.y() += v_mps * dt * std::sin(truth.z() + w_true * dt / 2);
+      truth.z() += w_true * dt;
+      left_m += (v_mps - w_radps * kTrack_m / 2) * dt;
+      right_m += (v_mps + w_radps * kTrack_m / 2) * dt;
+    }
+    now += milliseconds(kReport_ms);
+    return filter.Step(now, v_mps, w_radps, left_m, right_m);
+  }
+};
+
+Mat<3, 3> Information(double sigma_m, double sigma_rad) {
+  return Vector3d(1 / (sigma_m * sigma_m), 1 / (sigma_m * sigma_m), 1 / (sigma_rad * sigma_rad))
+      .asDiagonal();
+}
+
+Vector3d PoseOf(const PoseFilter& filter) {
+  const BasePose pose = filter.pose();
+  return {pose.x_m, pose.y_m, pose.phi_rad};
+}
+
+/// Without the quantum, so that only what a test puts in is wrong.
+PoseFilterConfig Fine() { return {.odometry = {.track_m = kTrack_m, .quantum_m = 1e-9}}; }
+
+TEST(PoseFilter, WithoutFixesGoesWhereTheWheelsTell) {
+  PoseFilter filter;
+  WheelOdometry wheels;
+  Drive drive;
+  (void)wheels.Step(Time{}, 0, 0, 0, 0);
+  for (int k = 0; k < 500; ++k) {
+    const double w = std::sin(0.01 * k);
+    ASSERT_EQ(drive.Run(filter, 0.3, w), Status::kOk);
+    ASSERT_EQ(wheels.Step(drive.now, 0.3, w, drive.left_m, drive.right_m), Status::kOk);
+  }
+  const BasePose pose = filter.pose();
+  EXPECT_NEAR(pose.x_m, wheels.pose().x_m, 1e-9);
+  EXPECT_NEAR(pose.y_m, wheels.pose().y_m, 1e-9);
+  EXPECT_NEAR(pose.phi_rad, wheels.pose().phi_rad, 1e-9);
+  EXPECT_EQ(filter.fixes(), 0U);
+  const BasePose later = filter.Extrapolate(drive.now + milliseconds(10));
+  EXPECT_NEAR(later.x_m, wheels.Extrapolate(drive.now + milliseconds(10)).x_m, 1e-9);
+}
+
+/// The update at one instant, against the textbook's: the inverse of the sum of informations.
+TEST(PoseFilter, AFixAtStandstillIsTheInformationWeightedMean) {
+  PoseFilterConfig config = Fine();
+  PoseFilter filter(config);
+  BasePose start{.x_m = 1, .y_m = 2, .phi_rad = 0.5};
+  start.covariance << 4e-4, 1e-4, 5e-5, 1e-4, 3e-4, 2e-5, 5e-5, 2e-5, 1e-4;
+  filter.Reset(start);
+  PoseFix fix{.stamp = Time{milliseconds(10)}, .pose = {1.01, 1.99, 0.51}};
+  fix.information << 5e3, 1e3, 0, 1e3, 8e3, 500, 0, 500, 2e4;
+  Drive drive;
+  ASSERT_EQ(filter.Step(Time{milliseconds(5)}, 0, 0, 0, 0), Status::kOk);
+  ASSERT_EQ(filter.Correct(fix), Status::kOk);
+
+  Mat<3, 3> R = fix.information.inverse();
+  R.diagonal() +=
+      Vector3d(config.fix_sigma_m * config.fix_sigma_m, config.fix_sigma_m * config.fix_sigma_m,
+               config.fix_sigma_rad * config.fix_sigma_rad);
+  const Mat<3, 3> prior = start.covariance.inverse();
+  const Mat<3, 3> posterior = (prior + R.inverse()).inverse();
+  const Vector3d expected = posterior * (prior * Vector3d(1, 2, 0.5) + R.inverse() * fix.pose);
+  EXPECT_LT((PoseOf(filter) - expected).cwiseAbs().maxCoeff(), 1e-8);
+  const Mat<3, 3> stated = filter.pose().covariance - R + fix.information.inverse();
+  EXPECT_LT((stated - posterior).cwiseAbs().maxCoeff(), 1e-9);
+}
+
+TEST(PoseFilter, ADirectionWithoutInformationStaysAsItWas) {
+  const PoseFilterConfig config = Fine();
+  const double shared_m2 = config.fix_sigma_m * config.fix_sigma_m;
+  PoseFilter filter(config);
+  BasePose start;
+  start.covariance = Vector3d(1e-4, 1e-4, 1e-4).asDiagonal();
+  filter.Reset(start);
+  ASSERT_EQ(filter.Step(Time{milliseconds(5)}, 0, 0, 0, 0), Status::kOk);
+  // A wall whose normal lies at 30 degrees, far off along it.
+  const Vector3d n(std::sqrt(0.75), 0.5, 0);
+  const Vector3d along(-0.5, std::sqrt(0.75), 0);
+  const PoseFix fix{.stamp = Time{milliseconds(5)},
+                    .pose = 0.01 * n + 3 * along,
+                    .information = 1e6 * n * n.transpose()};
+  ASSERT_EQ(filter.Correct(fix), Status::kOk);
+  EXPECT_NEAR(PoseOf(filter).dot(n), 0.01, 5e-4);
+  EXPECT_NEAR(PoseOf(filter).dot(along), 0, 1e-7);
+  const Mat<3, 3> P = filter.pose().covariance;
+  EXPECT_LT(n.dot(P * n), 1e-6 + 2 * shared_m2);
+  EXPECT_NEAR(along.dot(P * along), 1e-4 + shared_m2, 1e-9);
+}
+
+TEST(PoseFilter, ALateFixDoesAsOneThatCameInTime) {
+  PoseFilter prompt(Fine());
+  PoseFilter late(Fine());
+  Drive a;
+  Drive b;
+  PoseFix fix;
+  for (int k = 0; k < 100; ++k) {
+    (void)a.Run(prompt, 0.2, 0.4);
+    (void)b.Run(late, 0.2, 0.4);
+    if (k == 80) {
+      fix = {.stamp = a.now,
+             .pose = a.truth + Vector3d(0.004, -0.003, 0.005),
+             .information = Information(1e-3, 1e-3)};
+      ASSERT_EQ(prompt.Correct(fix), Status::kOk);
+    }
+    if (k == 90) {
+      ASSERT_EQ(late.Correct(fix), Status::kOk);
+    }
+  }
+  EXPECT_LT((PoseOf(prompt) - PoseOf(late)).cwiseAbs().maxCoeff(), 1e-12);
+  EXPECT_LT((prompt.pose().covariance - late.pose().covariance).cwiseAbs().maxCoeff(), 1e-15);
+}
+
+TEST(PoseFilter, AFixBetweenTwoReportsIsComparedWithThePoseOfItsInstant) {
+  PoseFilter filter(Fine());
+  Drive drive;
+  for (int k = 0; k < 50; ++k) {
+    (void)drive.Run(filter, 0.4, 0.6);
+  }
+  // 7 ms before and 7 ms after the newest report, at the truth: nothing to correct.
+  for (const int ms : {-7, 7}) {
+    const double dt = 1e-3 * ms;
+    const PoseFix fix{
+        .stamp = drive.now + milliseconds(ms),
+        .pose = drive.truth + Vector3d(0.4 * dt * std::cos(drive.truth.z()),
+                                       0.4 * dt * std::sin(drive.truth.z()), 0.6 * dt),
+        .information = Information(1e-3, 1e-3)};
+    const Vector3d before = PoseOf(filter);
+    ASSERT_EQ(filter.Correct(fix), Status::kOk);
+    EXPECT_LT((PoseOf(filter) - before).cwiseAbs().maxCoeff(), 2e-5) << ms;
+  }
+}
+
+TEST(PoseFilter, LearnsHowMuchFartherTheBaseTurnsThanItsWheelsTell) {
+  for (const double scale : {0.95, 1.03, 1.06}) {
+    PoseFilter filter(Fine());
+    Drive drive;
+    Rng rng(3);
+    for (int k = 0; k < 1500; ++k) {
+      (void)drive.Run(filter, 0.1, 0.5 * std::sin(0.02 * k), scale);
+      if (k % 3 == 0) {
+        const Vector3d noise = 1e-3 * Vector3d(rng.Normal(), rng.Normal(), rng.Normal());
+        (void)filter.Correct({.stamp = drive.now,
+                              .pose = drive.truth + noise,
+                              .information = Information(1e-3, 1e-3)});
+      }
+    }
+    EXPECT_NEAR(filter.yaw_scale(), scale, 0.015);
+    // Then the lights go out for a turn of 90 degrees, which the wheels tell 5 % wrong.
+    for (int k = 0; k < 157; ++k) {
+      (void)drive.Run(filter, 0, 0.5, scale);
+    }
+    EXPECT_NEAR(PoseOf(filter).z(), drive.truth.z(), 0.025);
+    EXPECT_GT(std::abs(filter.odometry().pose().phi_rad - drive.truth.z()), 0.04);
+  }
+}
+
+/// Drives that slip as the configuration says, seen by fixes that are as good as they say: the
+/// error squared over the stated covariance must be chi-square of three degrees of freedom.
+TEST(PoseFilter, StatesItsErrorsCovariance) {
+  PoseFilterConfig config = Fine();
+  config.fix_sigma_m = config.fix_sigma_rad = 1e-6;  // what fixes share is no noise of each
+  constexpr int kDrives = 300;
+  constexpr int kPeriod = 5;  // reports to a fix
+  double sum = 0;
+  int samples = 0;
+  for (int drive = 0; drive < kDrives; ++drive) {
+    Rng rng(1000 + drive);
+    PoseFilter filter(config);
+    Vector3d truth = Vector3d::Zero();
+    double scale = 1 + config.yaw_scale_sigma * rng.Normal();
+    double left = 0;
+    double right = 0;
+    (void)filter.Step(Time{}, 0, 0, 0, 0);
+    for (int k = 1; k <= 100; ++k) {
+      const double s = 0.006;
+      const double t = 0.01 * std::sin(0.1 * k + drive);
+      left += s - t * kTrack_m / 2;
+      right += s + t * kTrack_m / 2;
+      const double s_true = s + config.slip_m * std::sqrt(s) * rng.Normal();
+      const double t_true =
+          scale * t +
+          rng.Normal() * std::sqrt(config.slip_rad_per_m * config.slip_rad_per_m * s +
+                                   config.slip_rad_per_rad * config.slip_rad_per_rad * std::abs(t));
+      scale += config.yaw_scale_walk * std::sqrt(std::abs(t)) * rng.Normal();
+      truth += Vector3d(s_true * std::cos(truth.z() + t_true / 2),
+                        s_true * std::sin(truth.z() + t_true / 2), t_true);
+      const Time now{milliseconds(kReport_ms * k)};
+      (void)filter.Step(now, s / 0.02, t / 0.02, left, right);
+      if (k % kPeriod == 0) {
+        const Vector3d noise(2e-3 * rng.Normal(), 2e-3 * rng.Normal(), 3e-3 * rng.Normal());
+        ASSERT_EQ(
+            filter.Correct(
+                {.stamp = now, .pose = truth + noise, .information = Information(2e-3, 3e-3)}),
+            Status::kOk);
+      }
+    }
+    // Right after a fix, and three steps on its own after another.
+    const Vector3d error = PoseOf(filter) - truth;
+    sum += error.dot(filter.pose().covariance.inverse() * error);
+    ++samples;
+  }
+  // The mean of 300 chi-squares of 3: 3 +- 2.58 sqrt(6/300) at 99 %.
+  EXPECT_NEAR(sum / samples, 3, 0.37);
+}
+
+TEST(PoseFilter, OneFixThatLiesDoesNotPullTheRobot) {
+  PoseFilter filter(Fine());
+  Drive drive;
+  for (int k = 0; k < 300; ++k) {
+    (void)drive.Run(filter, 0.2, 0.1);
+    if (k % 3 == 0) {
+      const bool lie = k == 240;
+      const Vector3d jump = lie ? Vector3d(0.2, -0.1, 0.3) : Vector3d::Zero();
+      EXPECT_EQ(filter.Correct({.stamp = drive.now,
+                                .pose = drive.truth + jump,
+                                .information = Information(1e-3, 1e-3)}),
+                lie ? Status::kInfeasible : Status::kOk);
+      ASSERT_LT((PoseOf(filter) - drive.truth).norm(), 1e-3);
+    }
+  }
+  EXPECT_EQ(filter.refused(), 1U);
+  EXPECT_FALSE(filter.lost());
+}
+
+TEST(PoseFilter, FixesThatInsistMakeItUnsureBeforeTheyMoveIt) {
+  PoseFilter filter(Fine());
+  Drive drive;
+  const auto see = [&](const Vector3d& jump) {
+    (void)drive.Run(filter, 0.1, 0);
+    return filter.Correct(
+        {.stamp = drive.now, .pose = drive.truth + jump, .information = Information(1e-3, 1e-3)});
+  };
+  for (int k = 0; k < 20; ++k) {
+    ASSERT_EQ(see(Vector3d::Zero()), Status::kOk);
+  }
+  // The base was pushed by 6 cm: the fixes are right, the wheels know nothing.
+  const Vector3d push(0.06, 0, 0);
+  int refusals = 0;
+  double sigma_m = 0;
+  while (see(push) == Status::kInfeasible) {
+    ++refusals;
+    ASSERT_LT(std::abs(PoseOf(filter).x() - drive.truth.x()), 2e-3);
+    const double now_m = std::sqrt(filter.pose().covariance(0, 0));
+    EXPECT_GT(now_m, sigma_m);
+    sigma_m = now_m;
+    ASSERT_LT(refusals, 20);
+  }
+  EXPECT_GE(refusals, 3);
+  EXPECT_GT(sigma_m, 0.06 / 6);  // it was unsure enough to believe it
+  for (int k = 0; k < 5; ++k) {
+    EXPECT_EQ(see(push), Status::kOk);
+  }
+  EXPECT_NEAR(PoseOf(filter).x() - drive.truth.x(), 0.06, 2e-3);
+  EXPECT_FALSE(filter.lost());
+
+  // Half a metre is more than it may believe: it gets lost on the way, and the robot stops.
+  for (int k = 0; k < 9 && !filter.lost(); ++k) {
+    EXPECT_EQ(see(Vector3d(0.56, 0, 0)), Status::kInfeasible);
+  }
+  EXPECT_TRUE(filter.lost());
+}
+
+TEST(PoseFilter, GetsLostWhenTheWheelsAloneTellForLong) {
+  PoseFilter filter;
+  Drive drive;
+  int reports = 0;
+  while (!filter.lost() && reports < 5000) {
+    (void)drive.Run(filter, 0.5, 0);
+    ++reports;
+  }
+  EXPECT_GT(drive.truth.x(), 1.0);
+  EXPECT_LT(drive.truth.x(), 6.0);
+}
+
+TEST(PoseFilter, RefusesWhatIsNoNumberTooOldOrNotYet) {
+  PoseFilter filter;
+  Drive drive;
+  for (int k = 0; k < 100; ++k) {
+    (void)drive.Run(filter, 0.1, 0);
+  }
+  const Vector3d before = PoseOf(filter);
+  PoseFix fix{.stamp = drive.now, .pose = drive.truth, .information = Information(1e-3, 1e-3)};
+  PoseFix bad = fix;
+  bad.pose.y() = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_EQ(filter.Correct(bad), Status::kOutOfRange);
+  bad = fix;
+  bad.information(2, 2) = std::numeric_limits<double>::infinity();
+  EXPECT_EQ(filter.Correct(bad), Status::kOutOfRange);
+  bad = fix;
+  bad.stamp = drive.now + milliseconds(200);
+  EXPECT_EQ(filter.Correct(bad), Status::kOutOfRange);
+  bad.stamp = drive.now - milliseconds(kReport_ms * PoseFilter::kSteps);
+  EXPECT_EQ(filter.Correct(bad), Status::kStale);
+  EXPECT_EQ(PoseOf(filter), before);
+  EXPECT_EQ(filter.Correct(fix), Status::kOk);
+  EXPECT_EQ(filter.Correct(fix), Status::kStale) << "the same frame twice";
+  EXPECT_EQ(filter.Step(drive.now, 0, 0, 0, 0), Status::kStale);
+}
+
+TEST(PoseFilter, HeadingsMeetAcrossFullTurns) {
+  PoseFilter filter(Fine());
+  BasePose start{.phi_rad = 40};
+  start.covariance = Vector3d(1e-4, 1e-4, 1e-4).asDiagonal();
+  filter.Reset(start);
+  (void)filter.Step(Time{milliseconds(20)}, 0, 0, 0, 0);
+  const double wrapped = std::remainder(40.01, 2 * M_PI);
+  ASSERT_EQ(filter.Correct({.stamp = Time{milliseconds(20)},
+                            .pose = {0, 0, wrapped},
+                            .information = Information(1e-4, 1e-4)}),
+            Status::kOk);
+  EXPECT_NEAR(PoseOf(filter).z(), 40.01, 1e-3);
+}
+
+}  // namespace
+}  // namespace pipewright
