@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 namespace pipewright::hil {
 namespace {
@@ -23,6 +24,8 @@ Json Finite(double value) { return std::isfinite(value) ? Json(value) : Json(nul
 double Share(std::uint64_t part, std::uint64_t whole) {
   return whole == 0 ? 1.0 : static_cast<double>(part) / static_cast<double>(whole);
 }
+
+double Degrees(double rad) { return rad * 180 / std::numbers::pi; }
 
 /// The coverable surface voxels that the probe missed, by their least corner's index.
 Json Missed(const Truth& truth) {
@@ -122,8 +125,10 @@ Json RunJson(const InspectionOptions& options, const std::string& scenario,
                  {"stalls", mission.stalls},
                  {"step_ms", Spread(figures.step_ms)}};
   run["path"] = {{"base_m", emulator.base_travel_m()}, {"joint_rad", emulator.joint_travel_rad()}};
-  run["localization"] = {{"error_max_m", figures.pose_error_m},
-                         {"error_max_rad", figures.pose_error_rad}};
+  run["localization"] = {{"error_max_m", figures.pose_max.m},
+                         {"error_max_deg", Degrees(figures.pose_max.rad)},
+                         {"error_final_m", figures.pose_final.m},
+                         {"error_final_deg", Degrees(figures.pose_final.rad)}};
   run["can"] = {
       {"tx", can.tx}, {"rx", can.rx}, {"dropped", can.dropped}, {"load_peak", can.load_peak}};
   return run;

@@ -12,6 +12,12 @@
 
 namespace pipewright::hil {
 
+/// How far a pose is from the truth.
+struct PoseError {
+  double m = 0;
+  double rad = 0;
+};
+
 /// What a run adds up, cycle by cycle.
 struct RunFigures {
   std::uint64_t cycles = 0;
@@ -28,8 +34,8 @@ struct RunFigures {
   std::vector<float> step_ms;         ///< one a planning step
   double joint_limit_excess_rad = 0;  ///< of the plant, largest; <= 0: never passed
   int joint_hard_stops = 0;
-  double pose_error_m = 0;  ///< odometry against the truth, largest
-  double pose_error_rad = 0;
+  PoseError pose_max;        ///< of the pose that the robot moves by, each largest
+  PoseError pose_final;      ///< at the last cycle with a valid state
   double covered_95_s = -1;  ///< when the true coverage ratio first reached 0.95; < 0: never
   double wall_s = 0;
 

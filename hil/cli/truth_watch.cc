@@ -6,6 +6,18 @@
 #include <numbers>
 
 namespace pipewright::hil {
+namespace {
+
+PoseError ErrorOf(const Vector3d& pose, const BasePose& truth) {
+  return {std::hypot(pose.x() - truth.x_m, pose.y() - truth.y_m),
+          std::abs(std::remainder(pose.z() - truth.yaw_rad, 2 * std::numbers::pi))};
+}
+
+PoseError Largest(const PoseError& a, const PoseError& b) {
+  return {std::max(a.m, b.m), std::max(a.rad, b.rad)};
+}
+
+}  // namespace
 
 void WatchTruth(const ControlReport& report, const Emulator& emulator, RunFigures& figures) {
   const Plant& plant = emulator.plant();
@@ -15,13 +27,8 @@ void WatchTruth(const ControlReport& report, const Emulator& emulator, RunFigure
                                        ? over.maxCoeff()
                                        : std::max(figures.joint_limit_excess_rad, over.maxCoeff());
   if (report.state.valid) {
-    const BasePose& truth = plant.base();
-    figures.pose_error_m =
-        std::max(figures.pose_error_m,
-                 std::hypot(report.state.q(0) - truth.x_m, report.state.q(1) - truth.y_m));
-    figures.pose_error_rad =
-        std::max(figures.pose_error_rad,
-                 std::abs(std::remainder(report.state.q(2) - truth.yaw_rad, 2 * std::numbers::pi)));
+    figures.pose_final = ErrorOf(report.state.q.head<3>(), plant.base());
+    figures.pose_max = Largest(figures.pose_max, figures.pose_final);
   }
   if (figures.covered_95_s < 0 && emulator.truth().coverage().ratio >= 0.95) {
     figures.covered_95_s = ToSeconds(report.now);

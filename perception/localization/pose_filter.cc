@@ -11,6 +11,9 @@
 namespace pipewright {
 namespace {
 
+constexpr double kDoubt =
+    1.5;  ///< a second of doubts at 15 Hz: standard deviations 20 times as wide
+
 constexpr double Squared(double x) { return x * x; }
 
 /// ∂(x, y, phi)/∂(x, y, phi, k) after a step. The chord's length is taken for that of the arc: the
@@ -125,6 +128,17 @@ void PoseFilter::Replay(int from) {
   }
 }
 
+/// Either the fix of that moment is wrong or the pose is.
+void PoseFilter::Doubt(int i) {
+  ++refused_;
+  Mat<4, 4>& P = moments_[i].P;
+  P.topLeftCorner<3, 3>() *= kDoubt;
+  P(0, 0) += Squared(config_.fix_sigma_m);
+  P(1, 1) += Squared(config_.fix_sigma_m);
+  P(2, 2) += Squared(config_.fix_sigma_rad);
+  Replay(i);
+}
+
 Status PoseFilter::Correct(const PoseFix& fix) {
   if (!fix.pose.allFinite() || !fix.information.allFinite() ||
       fix.stamp - Newest().stamp > config_.odometry.max_gap) {
@@ -135,6 +149,10 @@ Status PoseFilter::Correct(const PoseFix& fix) {
     return Status::kStale;
   }
   last_fix_ = fix.stamp;
+  if (!fix.fits) {
+    Doubt(i);
+    return Status::kInfeasible;
+  }
   Moment& then = moments_[i];
   const BaseStep step = StepTo(i, fix.stamp);
   const Mat<3, 4> J = Derivative(then.x, step);
@@ -161,10 +179,7 @@ Status PoseFilter::Correct(const PoseFix& fix) {
 
   const double distance = y.dot(S_inverse.lazyProduct(y));
   if (!(distance <= config_.gate)) {
-    ++refused_;
-    then.P.topLeftCorner<3, 3>() *= 2;
-    then.P.diagonal().head<3>() += shared.cwiseInverse();
-    Replay(i);
+    Doubt(i);
     return Status::kInfeasible;
   }
   ++fixes_;

@@ -12,17 +12,17 @@ namespace pipewright {
 struct PoseFilterConfig {
   WheelOdometryConfig odometry;
   /// Slip between two fixes, as WheelOdometryConfig states it, but of a floor that may be wet.
-  double slip_m = 0.02;
-  double slip_rad_per_m = 0.03;
-  double slip_rad_per_rad = 0.03;
+  double slip_m = 0.05;
+  double slip_rad_per_m = 0.1;
+  double slip_rad_per_rad = 0.1;
   double yaw_scale_sigma = 0.05;  ///< at start
   double yaw_scale_walk = 0.02;   ///< after 1 rad turned; it depends on the speed
   double yaw_scale_max = 0.2;     ///< its distance from 1 is held within
   double fix_sigma_m = 1.5e-3;    ///< what all fixes share: the reference's own error, rounding
   double fix_sigma_rad = 3e-3;
   double gate = 25;      ///< chi-square of three degrees of freedom: 1.5e-5 by chance
-  double lost_m = 0.05;  ///< standard deviations beyond which the pose is lost
-  double lost_rad = 0.05;
+  double lost_m = 0.15;  ///< standard deviations beyond which the pose is lost
+  double lost_rad = 0.3;
 };
 
 constexpr bool Valid(const PoseFilterConfig& c) {
@@ -47,9 +47,10 @@ constexpr bool Valid(const PoseFilterConfig& c) {
 ///
 /// S⁻¹ is computed from L = C C' as C (1 + C' J P J' C)⁻¹ C', which a direction without information
 /// leaves alone. A fix with (z - h)' S⁻¹ (z - h) above the gate is refused: it does not move the
-/// pose. But then one of both is wrong, so P is doubled. A fix that lies is soon forgotten; when
+/// pose. But then one of both is wrong, so P is widened. A fix that lies is soon forgotten; when
 /// they all insist, the pose first gets unsure, then lost() stops the robot, unless it was the
-/// wheels that lied and the fixes fit the wider P.
+/// wheels that lied and the fixes fit the wider P. A scan that fits nowhere is a doubt of that
+/// kind.
 ///
 /// No heap. Step: ~0.5 us. Correct: kSteps of these at most.
 class PoseFilter {
@@ -64,7 +65,7 @@ class PoseFilter {
   Status Step(Time now, double v_mps, double w_radps, double left_m, double right_m);
 
   /// kStale: older than the steps held, or not newer than the last fix. kOutOfRange: not finite, or
-  /// later than the odometry can tell. kInfeasible: beyond the gate.
+  /// later than the odometry can tell. kInfeasible: beyond the gate, or it fits nowhere.
   Status Correct(const PoseFix& fix);
 
   /// At the last report, with what all fixes share in the covariance once there was one.
@@ -95,6 +96,7 @@ class PoseFilter {
   BaseStep StepTo(int i, Time stamp) const;
   void Predict(const Moment& from, Moment& to) const;
   void Replay(int from);
+  void Doubt(int i);
 
   PoseFilterConfig config_;
   WheelOdometry odometry_;

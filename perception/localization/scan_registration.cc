@@ -41,7 +41,7 @@ NormalEquations Linearise(const SurfelMap& map, std::span<const ScanPoint> scan,
     const Vector3d away = p_WQ - surfel->p_W;
     const double r = n.dot(away);
     const double range_var = point.sigma_m * point.sigma_m * cosine * cosine;
-    const double var = range_var + surfel->offset_var_m2 +
+    const double var = range_var + surfel->offset_var_m2 + surfel->rough_var_m2 +
                        surfel->tilt_var_rad2 * away.squaredNorm() + config.model_m * config.model_m;
     ++sum.associated;
     if (r * r < kKernel * kKernel * var) {
@@ -108,6 +108,10 @@ Status Register(const SurfelMap& map, std::span<const ScanPoint> scan, const Iso
   if (!Finite(X_BS, guess)) {
     return Status::kOutOfRange;
   }
+  const double known = config.known_min * static_cast<double>(scan.size());
+  const auto enough = [&](int associated) {
+    return associated >= config.points_min && associated >= known;
+  };
   Vector3d pose = guess;
   double reach_m = config.reach_m;
   NormalEquations sum;
@@ -115,7 +119,7 @@ Status Register(const SurfelMap& map, std::span<const ScanPoint> scan, const Iso
   while (!settled && figures.iterations < config.iterations) {
     ++figures.iterations;
     sum = Linearise(map, scan, X_BS, pose, reach_m, config);
-    if (sum.associated < config.points_min) {
+    if (!enough(sum.associated)) {
       figures.associated = sum.associated;
       return Status::kUnavailable;
     }
@@ -136,7 +140,7 @@ Status Register(const SurfelMap& map, std::span<const ScanPoint> scan, const Iso
   if (!settled) {
     return Status::kIterationLimit;
   }
-  if (sum.associated < config.points_min) {
+  if (!enough(sum.associated)) {
     return Status::kUnavailable;
   }
   if (figures.inlier_share < config.inliers_min) {

@@ -20,6 +20,7 @@ struct ScanPoint {
 /// direction in which the scan tells nothing has no information; there the pose is the guess.
 struct PoseFix {
   Time stamp{};
+  bool fits = true;  ///< false: the scan fits nowhere near the guess; the rest then says nothing
   Vector3d pose = Vector3d::Zero();
   Mat<3, 3> information = Mat<3, 3>::Zero();
 };
@@ -29,18 +30,19 @@ struct RegistrationConfig {
   double reach_m = 0.03;  ///< of the first step's robust kernel; halved at each step
   double step_m = 2e-4;   ///< the last step is smaller
   double step_rad = 2e-4;
-  double model_m = 1e-3;      ///< what a surfel's place is no better than
+  double model_m = 2e-3;      ///< what a surfel's place is no better than
   double model_rad = 0.05;    ///< and its normal, for surfaces are not quite flat
-  double clear = 10;          ///< by how much information must exceed what false normals feign
+  double clear = 8;           ///< by how much information must exceed what false normals feign
   double view_cosine = 0.15;  ///< between ray and normal: less is too grazing
   int points_min = 100;
+  double known_min = 0;      ///< share of the scan that must lie on known surfaces
   double inliers_min = 0.6;  ///< share of the associated points within three sigma at the end
 };
 
 constexpr bool Valid(const RegistrationConfig& c) {
   return c.iterations > 0 && c.reach_m >= 0 && c.step_m > 0 && c.step_rad > 0 && c.model_m > 0 &&
          c.model_rad >= 0 && c.clear > 1 && c.view_cosine >= 0 && c.points_min >= 3 &&
-         c.inliers_min >= 0 && c.inliers_min <= 1;
+         c.known_min >= 0 && c.known_min <= 1 && c.inliers_min >= 0 && c.inliers_min <= 1;
 }
 
 struct RegistrationFigures {
@@ -60,7 +62,7 @@ Isometry3d BaseAt(const Vector3d& pose);
 /// point q = R(phi) p_BQ + (x, y, 0) and its surfel (p, n):
 ///
 ///   r = n'(q - p),   J = ∂r/∂(x, y, phi) = B n,   B = [x', y', (z × R p_BQ)']
-///   σ² = σ_range² (n'ray)² + σ²(n'p) + σ²(n) |q - p|² + model_m²
+///   σ² = σ_range² (n'ray)² + σ²(n'p) + σ²(n) |q - p|² + rough² + model_m²
 ///   minimise Σ ρ(r/σ_k),    σ_k² = σ² + (reach/2^k)²
 ///
 /// by Gauss-Newton with Geman and McClure's weights w = 1/(1 + (r/3σ_k)²)²/σ_k²; points are

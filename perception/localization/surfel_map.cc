@@ -2,6 +2,7 @@
 #include "perception/localization/surfel_map.h"
 
 #include <Eigen/Eigenvalues>
+#include <algorithm>
 #include <cassert>
 #include <cmath>
 #include <limits>
@@ -152,6 +153,7 @@ void SurfelMap::Fit(Cell& cell, const Vector3d& p_WS) const {
     surfel.n_W = -surfel.n_W;
   }
   surfel.offset_var_m2 = across / sum.count * unit2;
+  surfel.rough_var_m2 = std::max(0.0, lambda(0) - noise) * unit2;
   surfel.tilt_var_rad2 = tilt;
 }
 

@@ -29,6 +29,7 @@ struct Surfel {
   Vector3d p_W = Vector3d::Zero();
   Vector3d n_W = Vector3d::UnitZ();
   double offset_var_m2 = 0;  ///< of n'p
+  double rough_var_m2 = 0;   ///< of the surface about it: what noise does not explain
   double tilt_var_rad2 = 0;  ///< of n, each way
 };
 
@@ -42,15 +43,15 @@ struct Surfel {
 /// the border of two cells is not torn in two. It holds when the points spread along the surface
 /// (λ_1), when noise explains what is across (λ_0), and when the normal is known well enough:
 ///
-///   p = m,  n = v_0,   σ²(n'p) = λ_0/N,   σ²(n) = λ_0/(N λ_1)
+///   p = m,  n = v_0,   σ²(n'p) = λ_0/N,   σ²(n) = λ_0/(N λ_1),   rough² = λ_0 - noise²
 ///
 /// It is fitted anew each time the cell's count doubles. At count_max the cell is frozen: later
 /// scans are measured against it and do not move it, so that the reference cannot creep.
 ///
-/// ~5.5 MB, no heap. Full is an answer: new cells are refused and counted, those held stay.
+/// ~11.5 MB, no heap. Full is an answer: new cells are refused and counted, those held stay.
 class SurfelMap {
  public:
-  static constexpr int kSlots = 1 << 15;
+  static constexpr int kSlots = 1 << 16;
   static constexpr int kMaxCells = kSlots / 4 * 3;
 
   explicit SurfelMap(const SurfelMapConfig& config = {});

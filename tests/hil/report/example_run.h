@@ -27,7 +27,7 @@ inline nlohmann::ordered_json ExampleRun() {
                 "joint_hard_stops": 0},
     "plan": {"steps": 135, "stalls": 0, "step_ms": {"p50": 12.6, "p99": 55.6, "max": 56.3}},
     "path": {"base_m": 30.7, "joint_rad": 722.97},
-    "localization": {"error_max_m": 0.0038, "error_max_rad": 0.0081},
+    "localization": {"error_max_m": 0.0038, "error_max_deg": 0.46},
     "can": {"tx": 515969, "rx": 702031, "dropped": 0, "load_peak": 0.172777}
   })");
 }

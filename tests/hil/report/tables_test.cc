@@ -54,7 +54,7 @@ TEST(FigureTables, HaveEachFigureWithValueAndUnit) {
       {"control.qp_us.p99", "31", "µs"},
       {"plan.step_ms.max", "56.3", "ms"},
       {"control.lateral_speed_max_mps", "7.79e−14", "m/s"},
-      {"localization.error_max_rad", "0.0081", "rad"},
+      {"localization.error_max_deg", "0.46", "°"},
       {"can.load_peak", "17.28", "%"},
   };
   for (const Case& c : kCases) {

@@ -194,6 +194,7 @@ TEST(PoseFilter, LearnsHowMuchFartherTheBaseTurnsThanItsWheelsTell) {
 TEST(PoseFilter, StatesItsErrorsCovariance) {
   PoseFilterConfig config = Fine();
   config.fix_sigma_m = config.fix_sigma_rad = 1e-6;  // what fixes share is no noise of each
+  config.gate = 100;  // of thousands of fixes, one in 7e4 is beyond the usual one by chance
   constexpr int kDrives = 300;
   constexpr int kPeriod = 5;  // reports to a fix
   double sum = 0;
@@ -288,11 +289,32 @@ TEST(PoseFilter, FixesThatInsistMakeItUnsureBeforeTheyMoveIt) {
   EXPECT_NEAR(PoseOf(filter).x() - drive.truth.x(), 0.06, 2e-3);
   EXPECT_FALSE(filter.lost());
 
-  // Half a metre is more than it may believe: it gets lost on the way, and the robot stops.
-  for (int k = 0; k < 9 && !filter.lost(); ++k) {
-    EXPECT_EQ(see(Vector3d(0.56, 0, 0)), Status::kInfeasible);
+  // Two metres are more than it may believe: it gets lost on the way, and the robot stops.
+  for (int k = 0; k < 30 && !filter.lost(); ++k) {
+    EXPECT_EQ(see(Vector3d(2, 0, 0)), Status::kInfeasible);
   }
   EXPECT_TRUE(filter.lost());
+}
+
+TEST(PoseFilter, ScansThatFitNowhereMakeItLostWithoutMovingIt) {
+  PoseFilter filter(Fine());
+  Drive drive;
+  for (int k = 0; k < 30; ++k) {
+    (void)drive.Run(filter, 0.1, 0);
+    ASSERT_EQ(
+        filter.Correct(
+            {.stamp = drive.now, .pose = drive.truth, .information = Information(1e-3, 1e-3)}),
+        Status::kOk);
+  }
+  int scans = 0;
+  while (!filter.lost() && scans < 100) {
+    (void)drive.Run(filter, 0.1, 0);
+    EXPECT_EQ(filter.Correct({.stamp = drive.now, .fits = false}), Status::kInfeasible);
+    ASSERT_LT((PoseOf(filter) - drive.truth).norm(), 1e-3);
+    ++scans;
+  }
+  EXPECT_GT(scans, 5);   // one or two are nothing yet
+  EXPECT_LT(scans, 30);  // two seconds
 }
 
 TEST(PoseFilter, GetsLostWhenTheWheelsAloneTellForLong) {
