@@ -3,17 +3,15 @@
 // the folder that holds data/clouds.
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <cmath>
-#include <cstdint>
 #include <cstdlib>
 #include <filesystem>
-#include <fstream>
 #include <memory>
 #include <set>
 #include <utility>
 #include <vector>
 
+#include "hil/pcd/pcd.h"
 #include "perception/localization/scan_registration.h"
 
 namespace pipewright {
@@ -21,47 +19,12 @@ namespace {
 
 using Points = std::vector<Eigen::Vector3f>;
 
-/// LZF: a control byte below 32 copies that many bytes and one; above, it repeats what came before.
-std::vector<unsigned char> Unpacked(const std::vector<unsigned char>& in) {
-  std::vector<unsigned char> out;
-  for (std::size_t i = 0; i < in.size();) {
-    const unsigned control = in[i++];
-    if (control < 32) {
-      for (unsigned k = 0; k <= control; ++k) {
-        out.push_back(in.at(i++));
-      }
-      continue;
-    }
-    std::size_t length = (control >> 5) + 2;
-    length += (control >> 5) == 7 ? in.at(i++) : 0;
-    std::size_t from = out.size() - ((control & 31) << 8) - in.at(i++) - 1;
-    for (; length > 0; --length) {
-      out.push_back(out.at(from++));
-    }
-  }
-  return out;
-}
-
-/// The points of a binary_compressed file with the fields x y z, each a float, but for the
-/// sensor's own mount, which turns with it.
+/// The file's points, but for the sensor's own mount, which turns with it.
 Points RoomScan(const std::filesystem::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  std::string line;
-  while (std::getline(file, line) && !line.starts_with("DATA")) {
-  }
-  EXPECT_EQ(line, "DATA binary_compressed");
-  std::uint32_t sizes[2] = {0, 0};
-  file.read(reinterpret_cast<char*>(sizes), sizeof sizes);
-  std::vector<unsigned char> packed(sizes[0]);
-  file.read(reinterpret_cast<char*>(packed.data()), sizes[0]);
-  const std::vector<unsigned char> bytes = Unpacked(packed);
-  EXPECT_EQ(bytes.size(), sizes[1]);
-  const std::size_t count = bytes.size() / (3 * sizeof(float));
-  std::vector<float> values(3 * count);
-  std::copy(bytes.begin(), bytes.end(), reinterpret_cast<unsigned char*>(values.data()));
+  const hil::PcdResult file = hil::ReadPcd(path);
+  EXPECT_TRUE(file.cloud) << file.error;
   Points points;
-  for (std::size_t i = 0; i < count; ++i) {
-    const Eigen::Vector3f p(values[i], values[count + i], values[2 * count + i]);
+  for (const Eigen::Vector3f& p : file.cloud.value_or(hil::PcdCloud{}).points) {
     if (p.norm() > 0.6F) {
       points.push_back(p);
     }
