@@ -145,7 +145,8 @@ PointSpread SpreadOf(const ArmVector& joint_rad2, const Mat<3, kControls>& J) {
   return spread;
 }
 
-PointSpread WithBase(PointSpread of_joints, const Matrix3d& base, const Mat<3, kControls>& J) {
+PointSpread WithBase(const PointSpread& of_joints, const Matrix3d& base,
+                     const Mat<3, kControls>& J) {
   const Vector3d turn = J.col(1);
   const Vector3d place_phi{base(0, 2), base(1, 2), 0};
   PointSpread spread = of_joints;

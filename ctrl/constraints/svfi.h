@@ -72,7 +72,8 @@ PointSpread SpreadOf(const ArmVector& joint_rad2, const Mat<3, kControls>& J);
 
 /// And by the base, whose error is independent of theirs. J's column 1 is ∂t/∂φ. Some 30
 /// multiply-adds: for each primitive anew.
-PointSpread WithBase(PointSpread of_joints, const Matrix3d& base, const Mat<3, kControls>& J);
+PointSpread WithBase(const PointSpread& of_joints, const Matrix3d& base,
+                     const Mat<3, kControls>& J);
 
 /// Adds to `cone` what the robot does not know of itself: ∇f' Σ ∇f over q = (x, y, φ, q1 ... q7).
 /// q moves the point, ∂t = J_q ∂q, and d is a function of t − θ's place only:
