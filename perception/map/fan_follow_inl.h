@@ -88,12 +88,12 @@ struct LookVisit {
 /// saw, not by their length.
 inline void FindEnds(const Rays& r, const std::int32_t* ended, std::int32_t* sure,
                      std::int32_t (*off)[kLanes]) {
-  constexpr double kHalf = 0.5;  // to the nearest: these are counts, never negative
+  constexpr double kNearest = 0.5;  // rounds counts, which are never negative
   std::int32_t crossings[kLanes] = {};
   for (int a = 0; a < 3; ++a) {
     for (int l = 0; l < kLanes; ++l) {
       const double done = static_cast<double>(r.t[a][l] - r.first[a][l]) / r.dt[a][l];
-      off[a][l] = static_cast<std::int32_t>(done + kHalf);
+      off[a][l] = static_cast<std::int32_t>(done + kNearest);
       crossings[l] += off[a][l];
     }
   }
