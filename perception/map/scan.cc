@@ -182,7 +182,7 @@ class ScanInserter {
   VoxelIndex origin_voxel_;
   fan::Origin origin_{};
   Vector3f ends_W_[kChunk];
-  int hit_index_[kChunk];
+  std::int32_t hit_index_[kChunk];
   int redo_[kChunk + 1];
   Vector3f centers_W_[kChunk];  // of a discretised scan
   int centers_ = 0;

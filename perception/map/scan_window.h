@@ -32,7 +32,7 @@ class ScanWindow {
   /// set.
   /// @returns how many are not negative
   template <typename Fresh>
-  int SetHits(const int* index, int n, Fresh fresh);
+  int SetHits(const std::int32_t* index, int n, Fresh fresh);
   std::uint32_t* passed() { return passed_.data(); }
   void ClearHits();
 
@@ -59,7 +59,7 @@ class ScanWindow {
 };
 
 template <typename Fresh>
-int ScanWindow::SetHits(const int* index, int n, Fresh fresh) {
+int ScanWindow::SetHits(const std::int32_t* index, int n, Fresh fresh) {
   std::uint32_t* const bits = hits_.data();
   int inside = 0;
   for (int i = 0; i < n; ++i) {
