@@ -6,6 +6,7 @@
 #include "hil/cli/inspect_command.h"
 #include "hil/cli/map_command.h"
 #include "hil/cli/memory_command.h"
+#include "hil/cli/primitives_command.h"
 #include "hil/cli/qp_command.h"
 
 namespace {
@@ -33,6 +34,7 @@ int main(int argc, char** argv) {
   pipewright::hil::AddInspect(app, &exit_code);
   pipewright::hil::AddMap(app, &exit_code);
   pipewright::hil::AddMemory(app, &exit_code);
+  pipewright::hil::AddPrimitives(app, &exit_code);
   pipewright::hil::AddQp(app, &exit_code);
   if (argc > 1 && !KnowsCommand(app, argv[1])) {
     return 2;

@@ -13,9 +13,12 @@ struct DepthNoise {
   double c_1pm = 0.0038;  ///< σ(z) at 1 m, in metres
   double step_m = 0.001;
 
-  double SigmaInverse(double inverse_z_1pm) const {
+  double VarianceInverse(double inverse_z_1pm) const {
     const double i2 = inverse_z_1pm * inverse_z_1pm;
-    return std::sqrt(c_1pm * c_1pm + step_m * step_m / 12 * i2 * i2);
+    return c_1pm * c_1pm + step_m * step_m / 12 * i2 * i2;
+  }
+  double SigmaInverse(double inverse_z_1pm) const {
+    return std::sqrt(VarianceInverse(inverse_z_1pm));
   }
 };
 

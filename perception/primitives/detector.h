@@ -22,7 +22,8 @@ class PrimitiveDetector {
 
   void Detect(DepthView& view, const PrimitiveHints& hints) {
     planes_.Find(view, {hints.planes.begin(), hints.planes.end()});
-    pipes_.Find(view, {hints.pipes.begin(), hints.pipes.end()});
+    pipes_.Find(view, {hints.pipes.begin(), hints.pipes.end()},
+                {planes_.found().begin(), planes_.found().end()});
   }
 
   const FixedVector<DetectedPlane, PlaneFinder::kMaxPlanes>& planes() const {

@@ -4,12 +4,14 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 namespace pipewright {
 namespace {
 
 constexpr int kSteps = 12;
 constexpr double kSettled = 1e-5;   // m, rad: the step after it would be far smaller
+constexpr double kNoStep = 1e-4;    // squared, in standard deviations
 constexpr double kNear = 3e-4;      // where the exact residuals take over
 constexpr double kLargeTilt = 0.7;  // a step beyond this is no refinement
 constexpr double kLongStep_m = 0.3;
@@ -55,7 +57,7 @@ CylinderSums Sum(std::span<const Eigen::Vector3f> points, const CylinderFit& at,
   return sums;
 }
 
-/// The same with residuals 1/z − 1/ẑ, where ẑ is the depth at which the ray of a reading meets the
+/// The same with residuals (ẑ − z)/ẑ², where ẑ is the depth at which the ray of a reading meets the
 /// cylinder: their noise is even and does not bend with the surface, so no bias is left. Rays that
 /// would graze the cylinder, or miss it, are left out; `hits` are the others.
 ///   F(q, θ) = ρ(q) − r = 0 on q = ẑ x:   ∂(1/ẑ)/∂θ = F_θ / (g'x ẑ²)
@@ -88,9 +90,8 @@ CylinderSums SumAlongRays(std::span<const Eigen::Vector3f> points, const Cylinde
     ++hits;
     const double scale = 1 / (facing * z * z);
     const Vec<5> J{-gx * scale, -gy * scale, -s * gx * scale, -s * gy * scale, -scale};
-    const double sigma = noise.SigmaInverse(1 / z);
-    const double weight = 1 / (sigma * sigma);
-    const double residual = inverse_z - 1 / z;
+    const double weight = 1 / noise.VarianceInverse(1 / z);
+    const double residual = (z - static_cast<double>(point.z())) / (z * z);
     sums.b += weight * residual * J;
     sums.chi2 += weight * residual * residual;
     for (int i = 0; i < 5; ++i) {
@@ -133,42 +134,81 @@ double SurfaceSigma(const Vector3d& p_SQ, const Vector3d& g_S, const DepthNoise&
   return along * z * z * noise.SigmaInverse(1 / z);
 }
 
-Result<PlaneFit> FitPlane(std::span<const Eigen::Vector3f> p_SQ, const DepthNoise& noise) {
-  const int count = static_cast<int>(p_SQ.size());
-  if (count < 4) {
-    return Status::kInfeasible;
+double KeptInformation(double c) {
+  if (!(c < 8)) {
+    return 1;
   }
+  const double density = std::exp(-c * c / 2) / std::sqrt(2 * std::numbers::pi);
+  return 1 - 2 * c * density / std::erf(c / std::numbers::sqrt2);
+}
+
+namespace {
+
+/// Factor of a covariance: chi2 per degree of freedom where chance does not explain it.
+double Widening(double chi2, double freedoms) {
+  constexpr double kChanceSigmas = 3;
+  return chi2 > 1 + kChanceSigmas * std::sqrt(2 / freedoms) ? chi2 : 1;
+}
+
+struct PlaneSums {
   Matrix3d N = Matrix3d::Zero();
   Vector3d b = Vector3d::Zero();
-  double ww = 0;
-  for (const Eigen::Vector3f& p : p_SQ) {
-    const double inverse_z = 1 / static_cast<double>(p.z());
-    const Vector3d x{p.x() * inverse_z, p.y() * inverse_z, 1};
-    const double sigma = noise.SigmaInverse(inverse_z);
-    const double weight = 1 / (sigma * sigma);
-    N += weight * x * x.transpose();
-    b += weight * inverse_z * x;
-    ww += weight * inverse_z * inverse_z;
+  double chi2 = 0;
+};
+
+/// The sums about plane m, or, without one, those of the readings' own inverse depths.
+PlaneSums Sum(std::span<const Eigen::Vector3f> points, const Vector3d* m, const DepthNoise& noise) {
+  PlaneSums sums;
+  for (const Eigen::Vector3f& p : points) {
+    const double z = p.z();
+    const Vector3d x{p.x() / z, p.y() / z, 1};
+    const double w = m != nullptr ? m->dot(x) : 1 / z;
+    const double residual = m != nullptr ? w * (1 - w * z) : w;
+    const double weight = 1 / noise.VarianceInverse(w);
+    sums.N += weight * x * x.transpose();
+    sums.b += weight * residual * x;
+    sums.chi2 += weight * residual * residual;
   }
+  return sums;
+}
+
+}  // namespace
+
+Result<PlaneFit> FitPlane(std::span<const Eigen::Vector3f> p_SQ, const DepthNoise& noise,
+                          const InlierGate& gate) {
+  const PlaneSums sums = Sum(p_SQ, nullptr, noise);
   Matrix3d covariance_m;
-  if (!Invert<3>(N, covariance_m)) {
+  if (p_SQ.size() < 4 || !Invert<3>(sums.N, covariance_m)) {
     return Status::kInfeasible;
   }
-  const Vector3d m = covariance_m * b;
+  return FitPlane(p_SQ, covariance_m * sums.b, noise, gate);
+}
+
+Result<PlaneFit> FitPlane(std::span<const Eigen::Vector3f> p_SQ, Vector3d m,
+                          const DepthNoise& noise, const InlierGate& gate) {
+  const int count = static_cast<int>(p_SQ.size());
+  const PlaneSums sums = Sum(p_SQ, &m, noise);
+  Matrix3d covariance_m;
+  if (count < 4 || !Invert<3>(sums.N, covariance_m)) {
+    return Status::kInfeasible;
+  }
+  const Vector3d step = covariance_m * sums.b;
+  m += step;
   const double length = std::sqrt(m.squaredNorm());
   if (!(length > 1e-3) || !std::isfinite(length)) {
     return Status::kInfeasible;
   }
+  const double kept = KeptInformation(gate.sigmas);
   PlaneFit fit;
   fit.count = count;
-  fit.chi2 = std::max(0.0, ww - m.dot(b)) / (count - 3);
+  fit.chi2 = std::max(0.0, sums.chi2 - step.dot(sums.b)) / ((count - 3) * kept);
   fit.n_S = -m / length;
   fit.d_m = -1 / length;
   // n = −m/|m|, d = −1/|m|:  ∂n = −(I − nn') ∂m/|m|,  ∂d = m'∂m/|m|³
   Mat<4, 3> G;
   G.topRows<3>() = -(Matrix3d::Identity() - fit.n_S * fit.n_S.transpose()) / length;
   G.row(3) = -fit.n_S.transpose() / (length * length);
-  fit.covariance = G * (covariance_m * std::max(1.0, fit.chi2)) * G.transpose();
+  fit.covariance = G * (covariance_m * (Widening(fit.chi2, count - 3) / kept)) * G.transpose();
   return fit;
 }
 
@@ -176,7 +216,8 @@ namespace {
 
 /// Gauss-Newton steps over `sums_at(fit, e1, e2, readings used)` until they settle.
 template <typename SumsAt>
-Status Descend(CylinderFit& fit, const Vector3d& mean, double settled, const SumsAt& sums_at) {
+Status Descend(CylinderFit& fit, const Vector3d& mean, double settled, double kept,
+               const SumsAt& sums_at) {
   for (int step = 0; step < kSteps; ++step) {
     fit.p_S += fit.l_S.dot(mean - fit.p_S) * fit.l_S;
     const Vector3d e1 = fit.l_S.unitOrthogonal();
@@ -192,14 +233,15 @@ Status Descend(CylinderFit& fit, const Vector3d& mean, double settled, const Sum
         delta.head<2>().cwiseAbs().maxCoeff() > kLongStep_m || fit.radius_m + delta(4) <= 0) {
       return Status::kInfeasible;
     }
-    if (delta.cwiseAbs().maxCoeff() < settled) {
+    // Or a step that is nothing beside the error: rays come and go at the rim.
+    if (delta.cwiseAbs().maxCoeff() < settled || delta.dot(sums.N * delta) < kNoStep) {
       fit.count = used;
-      fit.chi2 = sums.chi2 / (used - 5);
+      fit.chi2 = sums.chi2 / ((used - 5) * kept);
       Mat<7, 5> G = Mat<7, 5>::Zero();
       G.block<3, 1>(0, 0) = G.block<3, 1>(3, 2) = e1;
       G.block<3, 1>(0, 1) = G.block<3, 1>(3, 3) = e2;
       G(6, 4) = 1;
-      fit.covariance = G * (inverse * std::max(1.0, fit.chi2)) * G.transpose();
+      fit.covariance = G * (inverse * (Widening(fit.chi2, used - 5) / kept)) * G.transpose();
       return Status::kOk;
     }
     fit.p_S += delta(0) * e1 + delta(1) * e2;
@@ -211,29 +253,54 @@ Status Descend(CylinderFit& fit, const Vector3d& mean, double settled, const Sum
 
 }  // namespace
 
+namespace {
+
+double KeptBy(const InlierGate& gate, const Vector3d& p_SQ, const DepthNoise& noise) {
+  const double sigma_m = p_SQ.z() * p_SQ.z() * noise.SigmaInverse(1 / p_SQ.z());
+  return KeptInformation(gate.sigmas + gate.slack_m / sigma_m);
+}
+
+}  // namespace
+
+Result<CylinderFit> FitCylinderAlongRays(std::span<const Eigen::Vector3f> p_SQ,
+                                         const CylinderFit& start, const DepthNoise& noise,
+                                         const InlierGate& gate) {
+  const auto count = static_cast<double>(p_SQ.size());
+  if (count < 6) {
+    return Status::kInfeasible;
+  }
+  const Vector3d mean = Mean(p_SQ);
+  CylinderFit fit = start;
+  const Status s = Descend(fit, mean, kSettled, KeptBy(gate, mean, noise),
+                           [&](const CylinderFit& at, const Vector3d& e1, const Vector3d& e2,
+                               int& used) { return SumAlongRays(p_SQ, at, e1, e2, noise, used); });
+  if (s != Status::kOk) {
+    return s;
+  }
+  return fit.count > kMinHits * count ? Result<CylinderFit>(fit) : Status::kInfeasible;
+}
+
 Result<CylinderFit> FitCylinder(std::span<const Eigen::Vector3f> p_SQ, const CylinderFit& start,
-                                const DepthNoise& noise) {
+                                const DepthNoise& noise, const InlierGate& gate) {
   const int count = static_cast<int>(p_SQ.size());
   if (count < 6) {
     return Status::kInfeasible;
   }
   const Vector3d mean = Mean(p_SQ);
+  const double kept = KeptBy(gate, mean, noise);
   const auto off_surface = [&](const CylinderFit& at, const Vector3d& e1, const Vector3d& e2,
                                int& used) {
     used = count;
     return Sum(p_SQ, at, e1, e2, noise);
   };
-  const auto along_rays = [&](const CylinderFit& at, const Vector3d& e1, const Vector3d& e2,
-                              int& used) { return SumAlongRays(p_SQ, at, e1, e2, noise, used); };
   CylinderFit fit = start;
-  if (const Status s = Descend(fit, mean, kNear, off_surface); s != Status::kOk) {
+  if (const Status s = Descend(fit, mean, kNear, kept, off_surface); s != Status::kOk) {
     return s;
   }
-  CylinderFit exact = fit;
-  if (Descend(exact, mean, kSettled, along_rays) == Status::kOk && exact.count > kMinHits * count) {
+  if (const auto exact = FitCylinderAlongRays(p_SQ, fit, noise, gate); exact.ok()) {
     return exact;
   }
-  const Status s = Descend(fit, mean, kSettled, off_surface);
+  const Status s = Descend(fit, mean, kSettled, kept, off_surface);
   return s == Status::kOk ? Result<CylinderFit>(fit) : s;
 }
 

@@ -5,16 +5,19 @@
 #include <algorithm>
 #include <cmath>
 
+#include "perception/primitives/circle.h"
+
 namespace pipewright {
 namespace {
 
 constexpr int kAttempts = 8;       // hypotheses refined a frame
 constexpr double kPatch_m = 0.12;  // radius about a draw's reading
 constexpr int kMinPatch = 12;
-constexpr double kReach_m = 1.5;        // along the axis from a hypothesis' middle
+constexpr float kReach_m = 1.5F;        // along the axis from a hypothesis' middle
 constexpr double kMinCurvature = 0.01;  // second eigenvalue of the normals: less is flat
 constexpr float kNormalAgrees = 0.6F;   // cosine
-constexpr double kSlack_m = 0.001;      // pipes are round to this
+constexpr float kSlack_m = 0.001F;      // pipes are round to this
+constexpr float kGrazing = 0.2F;        // as in SurfaceSigma
 
 }  // namespace
 
@@ -37,8 +40,10 @@ std::optional<double> DepthOfPipe(const Vector3d& ray_S, const CylinderFit& pipe
   return z;
 }
 
-void PipeFinder::Find(DepthView& view, std::span<const CylinderFit> hints) {
+void PipeFinder::Find(DepthView& view, std::span<const CylinderFit> hints,
+                      std::span<const DetectedPlane> planes) {
   found_.clear();
+  planes_ = planes;
   Gather(view);
   Sample();
   for (const CylinderFit& hint : hints) {
@@ -68,7 +73,8 @@ void PipeFinder::Gather(const DepthView& view) {
       continue;
     }
     if (const std::optional<Eigen::Vector3f> n = view.Normal(i)) {
-      reading_[readings_] = {i, view.p_S(i), *n};
+      const float z = 1 / view.inverse_z(i);
+      reading_[readings_] = {i, view.p_S(i), *n, z / view.inverse_sigma(i)};
       reading_of_[i] = static_cast<std::int16_t>(readings_);
       barred_[readings_] = 0;
       ++readings_;
@@ -94,25 +100,29 @@ void PipeFinder::Sample() {
   }
 }
 
-bool PipeFinder::Agrees(const Reading& reading, const CylinderFit& pipe, double& s_m) const {
-  const Vector3d p = reading.p_S.cast<double>();
-  const Vector3d w = p - pipe.p_S;
-  s_m = pipe.l_S.dot(w);
-  const Vector3d across = w - s_m * pipe.l_S;
-  const double rho = std::sqrt(across.squaredNorm());
-  if (std::abs(s_m) > kReach_m || rho < 1e-6 || std::abs(rho - pipe.radius_m) > 0.1) {
+/// In single precision: it only chooses, and is asked of every reading again and again.
+bool PipeFinder::Agrees(const Reading& reading, const Axis& axis, float& s_m) const {
+  const Eigen::Vector3f w = reading.p_S - axis.p_S;
+  s_m = axis.l_S.dot(w);
+  const Eigen::Vector3f across = w - s_m * axis.l_S;
+  const float rho = std::sqrt(across.squaredNorm());
+  const float off_m = std::abs(rho - axis.radius_m);
+  if (std::abs(s_m) > kReach_m || rho < 1e-6F || off_m > 0.1F ||
+      reading.n_S.dot(across) < kNormalAgrees * rho) {
     return false;
   }
-  const Vector3d g = across / rho;
-  const double limit = config_.inlier_sigmas * SurfaceSigma(p, g, config_.noise) + kSlack_m;
-  return std::abs(rho - pipe.radius_m) < limit && reading.n_S.dot(g.cast<float>()) > kNormalAgrees;
+  const float towards = std::abs(across.dot(reading.p_S)) / rho;
+  const float grazing = kGrazing * std::sqrt(reading.p_S.squaredNorm());
+  const float sigma_m = reading.sigma_per_m * std::max(towards, grazing);
+  return off_m < static_cast<float>(config_.inlier_sigmas) * sigma_m + kSlack_m;
 }
 
 int PipeFinder::Score(const CylinderFit& pipe) const {
+  const Axis axis(pipe);
   int score = 0;
-  double s_m = 0;
+  float s_m = 0;
   for (int k = 0; k < samples_; ++k) {
-    score += Agrees(reading_[sample_[k]], pipe, s_m);
+    score += Agrees(reading_[sample_[k]], axis, s_m);
   }
   return score;
 }
@@ -141,31 +151,12 @@ int PipeFinder::Patch(const DepthView& view, int seed) {
   return count;
 }
 
-/// The circle across l through the patch (least squares, algebraic): x² + y² + Dx + Ey + F = 0.
-bool PipeFinder::FromDirection(const Vector3d& l_S, int patch, CylinderFit& pipe) const {
-  const Vector3d e1 = l_S.unitOrthogonal();
-  const Vector3d e2 = l_S.cross(e1);
-  const Vector3d origin = reading_[patch_[0]].p_S.cast<double>();
-  Matrix3d N = Matrix3d::Zero();
-  Vector3d b = Vector3d::Zero();
+bool PipeFinder::FromDirection(const Vector3d& l_S, int patch, CylinderFit& pipe) {
   for (int k = 0; k < patch; ++k) {
-    const Vector3d w = reading_[patch_[k]].p_S.cast<double>() - origin;
-    const Vector3d row{e1.dot(w), e2.dot(w), 1};
-    const double square = row.head<2>().squaredNorm();
-    N += row * row.transpose();
-    b -= square * row;
+    point_[k] = reading_[patch_[k]].p_S;
   }
-  const Vector3d DEF = N.ldlt().solve(b);
-  const double cx = -DEF.x() / 2;
-  const double cy = -DEF.y() / 2;
-  const double r2 = cx * cx + cy * cy - DEF.z();
-  if (!DEF.allFinite() || !(r2 > 0)) {
-    return false;
-  }
-  pipe.l_S = l_S;
-  pipe.p_S = origin + cx * e1 + cy * e2;
-  pipe.radius_m = std::sqrt(r2);
-  return pipe.radius_m > config_.pipe_radius_min_m / 2 &&
+  return CircleAcross(l_S, {point_.data(), static_cast<std::size_t>(patch)}, pipe) &&
+         pipe.radius_m > config_.pipe_radius_min_m / 2 &&
          pipe.radius_m < config_.pipe_radius_max_m * 1.5;
 }
 

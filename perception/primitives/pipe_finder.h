@@ -8,6 +8,8 @@
 
 #include "perception/primitives/depth_view.h"
 #include "perception/primitives/fit.h"
+#include "perception/primitives/pixel_distance.h"
+#include "perception/primitives/plane_finder.h"
 #include "platform/core/fixed_vector.h"
 #include "platform/core/rng.h"
 
@@ -37,20 +39,33 @@ class PipeFinder {
 
   PipeFinder(const PrimitiveConfig& config, std::uint64_t seed) : config_(config), rng_(seed, 2) {}
 
-  /// Tries `hints` first. Cost: see PrimitiveDetector.
-  void Find(DepthView& view, std::span<const CylinderFit> hints);
+  /// Tries `hints` first. `planes` are those of the same view: what is near them is not judged.
+  /// Cost: see PrimitiveDetector.
+  void Find(DepthView& view, std::span<const CylinderFit> hints,
+            std::span<const DetectedPlane> planes);
 
   const FixedVector<DetectedPipe, kMaxPipes>& found() const { return found_; }
 
  private:
   static constexpr int kMaxSamples = 512;
   static constexpr int kMaxPatch = 256;
-  static constexpr int kMaxPoints = 1200;  ///< of one pipe; more are thinned
+  static constexpr int kMaxPoints = 1200;   ///< of one pipe; more are thinned
+  static constexpr int kRoughPoints = 300;  ///< the same before its last fit
 
   struct Reading {
     int pixel = 0;
     Eigen::Vector3f p_S;
     Eigen::Vector3f n_S;
+    float sigma_per_m = 0;  ///< σ(z)/z: times |g'p|, the noise across a surface with normal g
+  };
+  struct Axis {
+    explicit Axis(const CylinderFit& pipe)
+        : p_S(pipe.p_S.cast<float>()),
+          l_S(pipe.l_S.cast<float>()),
+          radius_m(static_cast<float>(pipe.radius_m)) {}
+    Eigen::Vector3f p_S;
+    Eigen::Vector3f l_S;
+    float radius_m;
   };
   struct Hypothesis {
     CylinderFit pipe;
@@ -61,14 +76,21 @@ class PipeFinder {
   void Sample();
   Hypothesis Draw(const DepthView& view);
   int Patch(const DepthView& view, int seed);
-  bool FromDirection(const Vector3d& l_S, int patch, CylinderFit& pipe) const;
+  bool FromDirection(const Vector3d& l_S, int patch, CylinderFit& pipe);
   void Keep(const CylinderFit& pipe, Hypothesis& best) const;
   int Score(const CylinderFit& pipe) const;
-  bool Agrees(const Reading& reading, const CylinderFit& pipe, double& s_m) const;
+  bool Agrees(const Reading& reading, const Axis& axis, float& s_m) const;
   int Collect(const CylinderFit& pipe, DetectedPipe& bounds);
   bool Consider(DepthView& view, const Hypothesis& hypothesis);
   void Bar(const CylinderFit& pipe);
   bool Refine(const Hypothesis& hypothesis, DetectedPipe& pipe);
+  struct Meeting;
+  std::optional<Meeting> Meet(const DepthView& view, const CylinderFit& pipe, int i) const;
+  int CollectAlongRays(const DepthView& view, const DetectedPipe& pipe);
+  PixelBox MarkAlongRays(const DepthView& view, const DetectedPipe& pipe);
+  void MeasureFromOthers(const DepthView& view, const DetectedPipe& pipe, const PixelBox& box);
+  bool NearAnother(const Vector3d& p_SQ) const;
+  bool Polish(const DepthView& view, DetectedPipe& pipe);
   bool IsPipe(const DepthView& view, const DetectedPipe& pipe, int count) const;
   bool HidesWhatIsBehind(const DepthView& view, const DetectedPipe& pipe) const;
   double Arc(const CylinderFit& pipe, int count) const;
@@ -77,6 +99,7 @@ class PipeFinder {
   PrimitiveConfig config_;
   Rng rng_;
   FixedVector<DetectedPipe, kMaxPipes> found_;
+  std::span<const DetectedPlane> planes_;  ///< while Find() runs
   int readings_ = 0;
   std::array<Reading, DepthView::kMaxPixels> reading_;
   std::array<std::uint8_t, DepthView::kMaxPixels> barred_{};  ///< by reading: used, or of no pipe
@@ -84,6 +107,8 @@ class PipeFinder {
   int samples_ = 0;
   std::array<int, kMaxSamples> sample_{};
   std::array<int, kMaxPatch> patch_{};
+  std::array<std::uint8_t, DepthView::kMaxPixels> on_pipe_{};     ///< by pixel: within its gate
+  std::array<std::uint8_t, DepthView::kMaxPixels> from_other_{};  ///< pixels
   // Readings that agree with the pipe that is looked at, and those it is fitted to.
   std::array<int, DepthView::kMaxPixels> agree_{};
   std::array<float, DepthView::kMaxPixels> along_m_{};

@@ -8,7 +8,7 @@
 namespace pipewright {
 namespace {
 
-constexpr int kRefinements = 4;
+constexpr int kRefinements = 3;
 constexpr double kBin_m = 0.02;  // of the axis
 constexpr int kBins = 150;       // 3 m, p in the middle
 constexpr int kMinInBin = 2;
@@ -28,14 +28,15 @@ int BinOf(double s_m) {
 /// The readings that agree with a pipe, of the stretch about the fullest part of its axis; its
 /// ends.
 int PipeFinder::Collect(const CylinderFit& pipe, DetectedPipe& bounds) {
+  const Axis axis(pipe);
   std::array<int, kBins> histogram{};
-  double s_m = 0;
+  float s_m = 0;
   int agree = 0;
   for (int k = 0; k < readings_; ++k) {
-    if (barred_[k] == 0 && Agrees(reading_[k], pipe, s_m)) {
+    if (barred_[k] == 0 && Agrees(reading_[k], axis, s_m)) {
       ++histogram[BinOf(s_m)];
       agree_[agree] = k;
-      along_m_[agree++] = static_cast<float>(s_m);
+      along_m_[agree++] = s_m;
     }
   }
   const int fullest =
@@ -52,7 +53,7 @@ int PipeFinder::Collect(const CylinderFit& pipe, DetectedPipe& bounds) {
   bounds.fit = pipe;
   bounds.lo_m = 1e9;
   bounds.hi_m = -1e9;
-  const int step = 1 + agree / kMaxPoints;
+  const int step = 1 + agree / kRoughPoints;
   int passed = 0;
   int count = 0;
   for (int k = 0; k < agree; ++k) {
@@ -154,10 +155,10 @@ bool PipeFinder::Consider(DepthView& view, const Hypothesis& hypothesis) {
   DetectedPipe pipe;
   if (!found_.full() && Refine(hypothesis, pipe)) {
     DetectedPipe bounds;
-    const int count = Collect(pipe.fit, bounds);
+    Collect(pipe.fit, bounds);
     pipe.lo_m = bounds.lo_m;
     pipe.hi_m = bounds.hi_m;
-    if (IsPipe(view, pipe, count)) {
+    if (Polish(view, pipe) && IsPipe(view, pipe, pipe.fit.count)) {
       (void)found_.push_back(pipe);
       Claim(view, pipe);
       return true;
@@ -168,9 +169,10 @@ bool PipeFinder::Consider(DepthView& view, const Hypothesis& hypothesis) {
 
 /// Takes the readings that agree with a hypothesis out of further draws.
 void PipeFinder::Bar(const CylinderFit& pipe) {
-  double s_m = 0;
+  const Axis axis(pipe);
+  float s_m = 0;
   for (int k = 0; k < readings_; ++k) {
-    if (barred_[k] == 0 && Agrees(reading_[k], pipe, s_m)) {
+    if (barred_[k] == 0 && Agrees(reading_[k], axis, s_m)) {
       barred_[k] = 1;
     }
   }

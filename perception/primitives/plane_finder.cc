@@ -19,10 +19,30 @@ constexpr double kPartShare = 0.05;
 
 void PlaneFinder::Find(DepthView& view, std::span<const PlaneFit> hints) {
   found_.clear();
-  for (int i = 0; i < view.size(); ++i) {
-    const bool far = view.inverse_z(i) * static_cast<float>(config_.plane_range_m) < 1;
-    barred_[i] = static_cast<std::uint8_t>(view.use(i) != DepthView::Use::kFree || far);
+  Unbar(view);
+  Search(view, hints);
+  // Now that all planes are known: each without what is near another.
+  Unbar(view);
+  int kept = 0;
+  for (DetectedPlane& plane : found_) {
+    if (Polish(view, plane)) {
+      found_[kept++] = plane;
+    }
   }
+  while (found_.size() > kept) {
+    found_.pop_back();
+  }
+}
+
+/// Bars what is out of range, and nothing else.
+void PlaneFinder::Unbar(const DepthView& view) {
+  const auto range_m = static_cast<float>(config_.plane_range_m);
+  for (int i = 0; i < view.size(); ++i) {
+    barred_[i] = static_cast<std::uint8_t>(!(view.inverse_z(i) * range_m >= 1));
+  }
+}
+
+void PlaneFinder::Search(DepthView& view, std::span<const PlaneFit> hints) {
   Sample(view);
   for (const PlaneFit& hint : hints) {
     if (hint.d_m < 0) {
@@ -46,12 +66,12 @@ void PlaneFinder::Find(DepthView& view, std::span<const PlaneFit> hints) {
 void PlaneFinder::Sample(const DepthView& view) {
   int free = 0;
   for (int i = 0; i < view.size(); ++i) {
-    stack_[free] = i;
+    free_[free] = i;
     free += barred_[i] == 0;
   }
   samples_ = std::min(free, kMaxSamples);
   for (int k = 0; k < samples_; ++k) {
-    const int i = stack_[static_cast<long>(k) * free / samples_];
+    const int i = free_[static_cast<long>(k) * free / samples_];
     sample_[k] = i;
     x_[k] = view.x(i);
     y_[k] = view.y(i);
@@ -110,18 +130,20 @@ int PlaneFinder::Collect(const DepthView& view, const Eigen::Vector3f& m, double
   const double range_m = config_.plane_range_m;
   const double end_sigma = config_.noise.SigmaInverse(1 / range_m);
   const auto nearest = static_cast<float>(1 / range_m + (config_.inlier_sigmas + 1) * end_sigma);
-  int count = 0;
-  for (int i = 0; i < view.size(); ++i) {
+  const int size = view.size();
+  for (int i = 0; i < size; ++i) {
     const float expected = m.x() * view.x(i) + m.y() * view.y(i) + m.z();
-    const float residual = view.inverse_z(i) - expected;
-    const bool on =
-        barred_[i] == 0 && expected > nearest && std::abs(residual) * view.inverse_sigma(i) < limit;
+    // As far as the fit sees it: what is symmetric in depth is not in inverse depth.
+    const float residual = expected * (1 - expected / view.inverse_z(i));
+    int on = barred_[i] == 0 ? 1 : 0;  // no branches: four readings at a time
+    on &= expected > nearest ? 1 : 0;
+    on &= std::abs(residual) * view.inverse_sigma(i) < limit ? 1 : 0;
     mark_[i] = static_cast<std::uint8_t>(on);
-    if (on) {
-      inlier_[count] = i;
-      point_[count] = view.p_S(i);
-      ++count;
-    }
+  }
+  int count = 0;
+  for (int i = 0; i < size; ++i) {
+    inlier_[count] = i;
+    count += mark_[i];
   }
   return count;
 }
@@ -140,7 +162,7 @@ bool PlaneFinder::Refine(const DepthView& view, Eigen::Vector3f m, int rounds, P
     const int step = 1 + count / kFitPoints;
     int used = 0;
     for (int i = 0; i < count; i += step) {
-      point_[used++] = point_[i];
+      point_[used++] = view.p_S(inlier_[i]);
     }
     const auto fitted = FitPlane({point_.data(), static_cast<std::size_t>(used)}, config_.noise);
     if (!fitted.ok()) {
@@ -152,38 +174,53 @@ bool PlaneFinder::Refine(const DepthView& view, Eigen::Vector3f m, int rounds, P
   return true;
 }
 
-/// Drops islands of marked pixels that are too small; marks what stays with 3 and packs it.
+/// Drops islands of marked pixels that are too small; marks what stays with 3 and packs it. An
+/// island is made of runs, stretches of a row, that touch runs of the row before.
 int PlaneFinder::KeepLargeParts(const DepthView& view, int count) {
   const int least = std::max(kMinPart, static_cast<int>(kPartShare * count));
   const int width = view.width();
-  int kept = 0;
-  for (int k = 0; k < count; ++k) {
-    if (mark_[inlier_[k]] != 1) {
-      continue;
+  const auto root = [this](int r) {
+    while (run_[r].parent != r) {
+      r = run_[r].parent = run_[run_[r].parent].parent;
     }
-    int size = 0;
-    stack_[size++] = inlier_[k];
-    mark_[inlier_[k]] = 2;
-    for (int next = 0; next < size; ++next) {
-      const int column = stack_[next] % width;
-      const int row = stack_[next] / width;
-      for (int r = std::max(0, row - 1); r <= std::min(view.height() - 1, row + 1); ++r) {
-        for (int c = std::max(0, column - 1); c <= std::min(width - 1, column + 1); ++c) {
-          if (mark_[r * width + c] == 1) {
-            mark_[r * width + c] = 2;
-            stack_[size++] = r * width + c;
-          }
-        }
+    return r;
+  };
+  int runs = 0;
+  int before = 0;  // the first run of the row before that can still touch
+  for (int k = 0; k < count;) {
+    const int begin = inlier_[k];
+    const int row_end = (begin / width + 1) * width;
+    int end = begin;  // one past
+    while (k < count && inlier_[k] == end && end < row_end) {
+      ++end;
+      ++k;
+    }
+    run_[runs] = {begin, end, runs, end - begin};
+    while (before < runs && run_[before].end + width < begin) {
+      ++before;
+    }
+    // Those that touch it, corners included; none where they wrap about the image's sides.
+    const int above_row = (begin / width - 1) * width;
+    for (int r = before; r < runs && run_[r].begin + width <= end; ++r) {
+      if (run_[r].begin < above_row || run_[r].begin >= above_row + width) {
+        continue;
+      }
+      const int one = root(r);
+      const int other = root(runs);
+      if (one != other) {
+        run_[other].parent = one;
+        run_[one].size += run_[other].size;
       }
     }
-    for (int j = 0; j < size; ++j) {
-      mark_[stack_[j]] = size >= least ? 3 : 0;
-    }
+    ++runs;
   }
-  for (int k = 0; k < count; ++k) {
-    if (mark_[inlier_[k]] == 3) {
-      point_[kept] = point_[k];
-      inlier_[kept++] = inlier_[k];
+  int kept = 0;
+  for (int r = 0; r < runs; ++r) {
+    const bool large = run_[root(r)].size >= least;
+    for (int i = run_[r].begin; i < run_[r].end; ++i) {
+      mark_[i] = large ? 3 : 0;
+      inlier_[kept] = i;
+      kept += large;
     }
   }
   return kept;
@@ -199,7 +236,6 @@ bool PlaneFinder::Consider(DepthView& view, const Hypothesis& hypothesis, int ro
   const int marked = Collect(view, m, config_.inlier_sigmas);
   const int kept = KeepLargeParts(view, marked);
   if (fits && Bound(view, kept, plane)) {
-    Polish(view, kept, plane);
     (void)found_.push_back(plane);
     Claim(view, plane);
     for (int i = 0; i < view.size(); ++i) {

@@ -28,6 +28,11 @@ struct DetectedPlane {
 Eigen::Matrix<double, 3, 2> RectangleAxes(const Vector3d& n, const Vector3d& up,
                                           const Vector3d& forward);
 
+/// Whether a point lies within max(sigmas of its noise, least_m) of a plane and about its
+/// rectangle.
+bool Near(const DetectedPlane& plane, const Vector3d& p_SQ, const DepthNoise& noise, double sigmas,
+          double least_m);
+
 /// Planes by RANSAC over triples of readings, refined by least squares, one after the other.
 ///
 /// A plane must explain its readings to within their noise, fill enough of its rectangle, and be
@@ -51,6 +56,16 @@ class PlaneFinder {
     int score = 0;
   };
 
+  /// Pixels begin ... end − 1 of one row.
+  struct Run {
+    int begin;
+    int end;
+    int parent;  ///< a run of the same island; itself: the island's first
+    int size;    ///< of the island, where it is its first
+  };
+
+  void Unbar(const DepthView& view);
+  void Search(DepthView& view, std::span<const PlaneFit> hints);
   void Sample(const DepthView& view);
   int Score(const Eigen::Vector3f& m) const;
   Hypothesis Draw(const DepthView& view);
@@ -60,7 +75,8 @@ class PlaneFinder {
   int Collect(const DepthView& view, const Eigen::Vector3f& m, double sigmas);
   int KeepLargeParts(const DepthView& view, int count);
   bool Bound(const DepthView& view, int count, DetectedPlane& plane) const;
-  void Polish(const DepthView& view, int count, DetectedPlane& plane);
+  void MeasureFromOthers(const DepthView& view, const Eigen::Vector3f& m);
+  bool Polish(const DepthView& view, DetectedPlane& plane);
   int Support(const DepthView& view, int i) const;
   void Claim(DepthView& view, const DetectedPlane& plane) const;
 
@@ -75,11 +91,13 @@ class PlaneFinder {
   std::array<float, kMaxSamples> w_{};
   std::array<float, kMaxSamples> inverse_sigma_{};
   // The readings on the plane that is looked at.
-  std::array<int, DepthView::kMaxPixels> inlier_{};
+  std::array<int, DepthView::kMaxPixels + 1> inlier_{};
   std::array<Eigen::Vector3f, DepthView::kMaxPixels> point_;
-  std::array<std::uint8_t, DepthView::kMaxPixels> mark_{};    ///< 1 on the plane, 2 visited, 3 kept
-  std::array<std::uint8_t, DepthView::kMaxPixels> barred_{};  ///< led to no plane in this frame
-  std::array<int, DepthView::kMaxPixels> stack_{};
+  std::array<std::uint8_t, DepthView::kMaxPixels> mark_{};        ///< 1 on the plane, 3 kept
+  std::array<std::uint8_t, DepthView::kMaxPixels> barred_{};      ///< led to no plane in this frame
+  std::array<std::uint8_t, DepthView::kMaxPixels> from_other_{};  ///< pixels
+  std::array<int, DepthView::kMaxPixels + 1> free_{};
+  std::array<Run, DepthView::kMaxPixels / 2 + 1> run_;
 };
 
 }  // namespace pipewright

@@ -2,14 +2,16 @@
 #include <algorithm>
 #include <cmath>
 
+#include "perception/primitives/pixel_distance.h"
 #include "perception/primitives/plane_finder.h"
 
 namespace pipewright {
 namespace {
 
 constexpr double kMinFacing = 0.08;  // cosine to the view below which a plane is seen edge-on
-constexpr int kInnerSupport = 8;     // of 9 pixels
-constexpr double kCornerSigmas = 5;
+constexpr float kGoesOnSigmas = 15;  // off the plane: farther, it is behind or before it
+constexpr int kStraySupport = 5;     // of 9 pixels: with more about it, it is of the plane
+constexpr int kMinInner = 40;        // readings that are the plane's beyond doubt
 constexpr double kBorder_m = 0.1;
 
 }  // namespace
@@ -25,31 +27,67 @@ Eigen::Matrix<double, 3, 2> RectangleAxes(const Vector3d& n, const Vector3d& up,
   return axes;
 }
 
-/// The fit without readings at the rim of the plane's parts or near a plane that is known already:
-/// in a corner these are of the other plane, and all on one side.
-void PlaneFinder::Polish(const DepthView& view, int count, DetectedPlane& plane) {
-  const auto limit = static_cast<float>(kCornerSigmas);
+bool Near(const DetectedPlane& plane, const Vector3d& p_SQ, const DepthNoise& noise, double sigmas,
+          double least_m) {
+  const Vector3d w = p_SQ - plane.p_SCentroid;
+  const double a = plane.e1_S.dot(w);
+  const double b = plane.e2_S.dot(w);
+  if (a < plane.lo_m[0] - kBorder_m || a > plane.hi_m[0] + kBorder_m ||
+      b < plane.lo_m[1] - kBorder_m || b > plane.hi_m[1] + kBorder_m) {
+    return false;
+  }
+  const double off_m = std::abs(plane.fit.n_S.dot(p_SQ) - plane.fit.d_m);
+  return off_m < least_m || off_m < sigmas * SurfaceSigma(p_SQ, plane.fit.n_S, noise);
+}
+
+/// Measures how many pixels each pixel is from a surface that goes on from the plane and is none of
+/// it.
+void PlaneFinder::MeasureFromOthers(const DepthView& view, const Eigen::Vector3f& m) {
+  for (int i = 0; i < view.size(); ++i) {
+    const float w = m.x() * view.x(i) + m.y() * view.y(i) + m.z();
+    const bool near_plane = view.seen(i) && mark_[i] != 3 &&
+                            std::abs(view.inverse_z(i) - w) * view.inverse_sigma(i) < kGoesOnSigmas;
+    from_other_[i] = near_plane && Support(view, i) <= kStraySupport ? 0 : 255;
+  }
+  SweepDistances(from_other_, view.width(), {0, view.height() - 1, 0, view.width() - 1});
+}
+
+/// The fit without readings where another surface meets the plane, found or not: those of the other
+/// within the gate are all on one side. Asked of the planes and of whole neighbourhoods, not of the
+/// single reading, so that nothing is chosen by its noise.
+bool PlaneFinder::Polish(const DepthView& view, DetectedPlane& plane) {
+  const Eigen::Vector3f m = InverseDepth(plane.fit);
+  const double clear = config_.plane_clear_sigmas + config_.inlier_sigmas;
+  const int count = KeepLargeParts(view, Collect(view, m, config_.inlier_sigmas));
+  MeasureFromOthers(view, m);
   int inner = 0;
   for (int k = 0; k < count; ++k) {
     const int i = inlier_[k];
-    bool corner = false;
-    for (const DetectedPlane& other : found_) {
-      const Eigen::Vector3f m = InverseDepth(other.fit);
-      const float residual = view.inverse_z(i) - (m.x() * view.x(i) + m.y() * view.y(i) + m.z());
-      corner |= std::abs(residual) * view.inverse_sigma(i) < limit;
-    }
-    if (!corner && Support(view, i) >= kInnerSupport) {
-      point_[inner++] = point_[k];
+    const Vector3d ray(view.x(i), view.y(i), 1);
+    const double w = m.cast<double>().dot(ray);
+    // A surface that leaves the plane by 45 degrees is in its gate for so many pixels.
+    const double reach =
+        1 + config_.inlier_sigmas * config_.noise.SigmaInverse(w) / w * view.focal();
+    const bool corner = from_other_[i] <= reach ||
+                        std::any_of(found_.begin(), found_.end(), [&](const DetectedPlane& other) {
+                          return &other != &plane && Near(other, ray / w, config_.noise, clear,
+                                                          2 * config_.plane_clear_m);
+                        });
+    if (!corner) {
+      point_[inner++] = view.p_S(i);
     }
   }
-  const auto fitted = FitPlane({point_.data(), static_cast<std::size_t>(inner)}, config_.noise);
-  if (2 * inner >= count && fitted.ok()) {  // else it is too thin to be choosy
-    plane.fit = *fitted;
-    const double off_m = plane.fit.n_S.dot(plane.p_SCentroid) - plane.fit.d_m;
-    plane.p_SCentroid -= off_m * plane.fit.n_S;
-    plane.e1_S = (plane.e1_S - plane.fit.n_S.dot(plane.e1_S) * plane.fit.n_S).normalized();
-    plane.e2_S = plane.fit.n_S.cross(plane.e1_S);
+  const auto fitted = FitPlane({point_.data(), static_cast<std::size_t>(inner)}, m.cast<double>(),
+                               config_.noise, {config_.inlier_sigmas});
+  if (inner < kMinInner || !fitted.ok()) {
+    return false;
   }
+  plane.fit = *fitted;
+  const double off_m = plane.fit.n_S.dot(plane.p_SCentroid) - plane.fit.d_m;
+  plane.p_SCentroid -= off_m * plane.fit.n_S;
+  plane.e1_S = (plane.e1_S - plane.fit.n_S.dot(plane.e1_S) * plane.fit.n_S).normalized();
+  plane.e2_S = plane.fit.n_S.cross(plane.e1_S);
+  return true;
 }
 
 /// Pixels of the plane among a pixel and its eight neighbours.
@@ -111,27 +149,12 @@ bool PlaneFinder::Bound(const DepthView& view, int count, DetectedPlane& plane) 
          area_m2 >= config_.plane_min_fill * (hi[0] - lo[0]) * (hi[1] - lo[1]);
 }
 
-/// Marks all readings near the plane and about its rectangle as of a plane: no pipe is made of
-/// them.
+/// Marks all readings near the plane as of a plane: no pipe is made of them.
 void PlaneFinder::Claim(DepthView& view, const DetectedPlane& plane) const {
   for (int i = 0; i < view.size(); ++i) {
-    if (view.use(i) != DepthView::Use::kFree) {
-      continue;
-    }
-    const Vector3d ray(view.x(i), view.y(i), 1);
-    const double w = view.inverse_z(i);
-    const Vector3d p_S = ray / w;
-    const double off_m = std::abs(plane.fit.n_S.dot(p_S) - plane.fit.d_m);
-    const double sigma_m =
-        SurfaceSigma(p_S, plane.fit.n_S, config_.noise) * config_.plane_clear_sigmas;
-    if (off_m > std::max(sigma_m, config_.plane_clear_m)) {
-      continue;
-    }
-    const Vector3d q = p_S - plane.p_SCentroid;
-    const double a = plane.e1_S.dot(q);
-    const double b = plane.e2_S.dot(q);
-    if (a >= plane.lo_m[0] - kBorder_m && a <= plane.hi_m[0] + kBorder_m &&
-        b >= plane.lo_m[1] - kBorder_m && b <= plane.hi_m[1] + kBorder_m) {
+    if (view.use(i) == DepthView::Use::kFree &&
+        Near(plane, view.p_S(i).cast<double>(), config_.noise, config_.plane_clear_sigmas,
+             config_.plane_clear_m)) {
       view.set_use(i, DepthView::Use::kPlane);
     }
   }

@@ -177,6 +177,30 @@ TEST(Tracker, DoesNotDependOnWhereTheFramesOriginIs) {
   }
 }
 
+TEST(Tracker, MergesTwoPartsOfAWallOnceItIsSeenBetweenThem) {
+  Ride ride;
+  ride.lens.fov_rad = 0.7;
+  World world;
+  world.planes = {{-Vector3d::UnitX(), -1.5}};
+  const auto look = [&](double y_m, int frames) {
+    for (int k = 0; k < frames; ++k) {
+      ride.Step(world, LookingAt({0.3, y_m, 0.8}, {1.5, y_m, 0.8}));
+    }
+  };
+  look(-1.0, 10);
+  look(1.0, 10);
+  ASSERT_EQ(ride.tracker->scene().planes.size(), 2);
+  const double alone = ride.tracker->scene().planes[0].covariance(3, 3);
+  look(0.0, 10);
+  ASSERT_EQ(ride.tracker->scene().planes.size(), 1);
+  EXPECT_EQ(ride.tracker->counters().merged, 1U);
+  const PlaneEstimate& plane = ride.tracker->scene().planes[0];
+  EXPECT_GT(plane.extent_hi_m[0] - plane.extent_lo_m[0], 2.5);
+  EXPECT_EQ(plane.frames_seen, 30);
+  EXPECT_NEAR(plane.d_m, -1.5, 0.005);
+  EXPECT_LT(plane.covariance(3, 3), alone);
+}
+
 TEST(Tracker, CountsFramesThatMakeNoSenseAndKeepsWhatItKnows) {
   Ride ride;
   for (int k = 0; k < 10; ++k) {

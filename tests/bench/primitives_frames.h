@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "hil/world/scenario.h"
+#include "perception/cloud/cloud.h"
+#include "perception/primitives/config.h"
+
+namespace pipewright::bench {
+
+/// A depth camera in rooms with pipes, both drawn anew again and again.
+struct FrameCase {
+  const char* name;
+  hil::CameraSpec camera;
+  int stride;        ///< of MakeCloud
+  double room_lo_m;  ///< half the room's width and depth, drawn between these
+  double room_hi_m;
+  double near_m;  ///< the camera's distance from a pipe's surface, drawn between these
+  double far_m;
+};
+
+/// Normalised errors squared of everything found that is there, and what is found that is not.
+struct FrameErrors {
+  std::vector<double> plane;   ///< (n, d): 3 degrees of freedom
+  std::vector<double> axis;    ///< of pipes, (point, direction): 4
+  std::vector<double> radius;  ///< 1
+  std::vector<double> pipe;    ///< all of it: 5
+  int frames = 0;
+  int wrong_planes = 0;
+  int wrong_pipes = 0;
+
+  void operator+=(const FrameErrors& other);
+};
+
+/// Simulated frames, each a room, a pose and noise of its own, through cloud and detector.
+FrameErrors MeasureErrors(const FrameCase& c, int frames, std::uint64_t seed);
+
+/// Processor times [ms] of what a frame costs from depth image to primitives, and what was found.
+struct FrameTimes {
+  std::vector<double> cloud_ms;
+  std::vector<double> view_ms;
+  std::vector<double> planes_ms;
+  std::vector<double> pipes_ms;
+  std::vector<double> all_ms;
+  double planes = 0;  ///< a frame
+  double pipes = 0;
+  std::uint64_t heap_allocations = 0;
+};
+
+/// Each frame `passes` times; its time is the least of them.
+FrameTimes MeasureTimes(const FrameCase& c, int frames, int passes, std::uint64_t seed);
+
+}  // namespace pipewright::bench
