@@ -33,6 +33,7 @@ MotionPlanner::MotionPlanner(const MotionPlannerConfig& config)
     : config_(config), search_(config.node_capacity, config.reach_m, config.reach_rad) {
   assert(Valid(config));
   way_.reserve(2 * config.node_capacity);
+  escape_.reserve(config.escapes + 1);
 }
 
 Status MotionPlanner::Plan(const Surroundings& around, const Configuration& from,
@@ -43,17 +44,18 @@ Status MotionPlanner::Plan(const Surroundings& around, const Configuration& from
     return Status::kOutOfRange;
   }
   const CollisionChecker checker(around, config_.collision);
-  Configuration start = from;
-  if (!checker.Free(to) || (!checker.Free(from) && !Escape(checker, start, rng))) {
+  const bool inside = !checker.Free(from);
+  if (!checker.Free(to) || (inside && !Escape(checker, from, rng))) {
     return Status::kInfeasible;
   }
+  const Configuration start = inside ? escape_.back().q : from;
   if (const Status status = Find(checker, start, to, rng); status != Status::kOk) {
     return status;
   }
   Prune(checker);
   Shorten(checker, rng);
-  if (start != from) {
-    static_cast<void>(path.push_back(from));
+  if (inside && !AppendEscape(path)) {
+    return Status::kFull;
   }
   for (std::size_t i = 0; i < way_.size(); ++i) {
     // Trees grow from both ends; the half that was grown backwards is checked as it will be run.
@@ -93,32 +95,58 @@ bool MotionPlanner::Simple(const CollisionChecker& checker, const Configuration&
          Try(checker, {from, Compose(from, home), Compose(to, home), to});
 }
 
-/// Replaces `from` by a free configuration near it, over an edge on which nothing comes nearer
-/// than at `from`.
-bool MotionPlanner::Escape(const CollisionChecker& checker, Configuration& from, Rng& rng) const {
+/// Grows a tree from `from`, on whose edges nothing comes nearer than at `from`, until it meets a
+/// free configuration.
+bool MotionPlanner::Escape(const CollisionChecker& checker, const Configuration& from, Rng& rng) {
   const CollisionChecker relaxed = checker.RelaxedTo(from);
   constexpr double kFirstReach = 0.1;  // of an extension; it grows with the attempts
+  escape_.assign(1, {from, -1});
   for (int i = 0; i < config_.escapes; ++i) {
-    const double reach = kFirstReach + (1 - kFirstReach) * i / config_.escapes;
+    const double reach = std::min(1.0, kFirstReach + 4.0 * i / config_.escapes);
     const double reach_rad = reach * config_.reach_rad;
-    Configuration q = from;
+    const bool at_once = i < config_.escapes / 16;  // over one edge, if that will do
+    const int parent =
+        at_once ? 0 : static_cast<int>(rng.Uniform(0, static_cast<double>(escape_.size())));
+    const Configuration a = escape_[parent].q;
+    Configuration q = a;
     if (i % 2 == 1) {
+      // Turned first: no drive along a wall leads away from it.
       const double drive_m = reach * rng.Uniform(-config_.reach_m, config_.reach_m);
+      q(2) += rng.Uniform(-reach_rad, reach_rad);
       q(0) += drive_m * std::cos(q(2));
       q(1) += drive_m * std::sin(q(2));
-      q(2) += rng.Uniform(-reach_rad, reach_rad);
     }
     if (i % 4 != 1) {
       for (int j = 0; j < kArmJoints; ++j) {
         q(3 + j) += rng.Uniform(-reach_rad, reach_rad);
       }
     }
-    if (checker.Free(q) && relaxed.FreeEdge(from, q)) {
-      from = q;
-      return true;
+    if (relaxed.FreeEdge(a, q)) {
+      escape_.push_back({q, parent});
+      if (checker.Free(q)) {
+        return true;
+      }
     }
   }
   return false;
+}
+
+/// The waypoints from the tree's root to the parent of its last node.
+bool MotionPlanner::AppendEscape(Path& path) const {
+  int edges = 0;
+  for (int i = static_cast<int>(escape_.size()) - 1; escape_[i].parent >= 0; ++edges) {
+    i = escape_[i].parent;
+  }
+  for (; edges > 0; --edges) {
+    int i = static_cast<int>(escape_.size()) - 1;
+    for (int up = 0; up < edges; ++up) {
+      i = escape_[i].parent;
+    }
+    if (!path.push_back(escape_[i].q)) {
+      return false;
+    }
+  }
+  return true;
 }
 
 Status MotionPlanner::Find(const CollisionChecker& checker, const Configuration& from,

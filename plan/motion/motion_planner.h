@@ -19,7 +19,7 @@ struct MotionPlannerConfig {
   int node_capacity = 2000;  ///< of each of the two trees
   int iterations = 1000;     ///< samples drawn, at most
   int shortcuts = 60;        ///< attempts to cut a corner, at most
-  int escapes = 60;          ///< attempts to leave a start that is inside the margins
+  int escapes = 1000;        ///< attempts to leave a start that is inside the margins
   double reach_m = 0.4;      ///< an extension's longest drive
   double reach_rad = 0.8;    ///< and its largest turn of the base or of a joint
 };
@@ -40,7 +40,7 @@ class MotionPlanner {
   explicit MotionPlanner(const MotionPlannerConfig& config = {});
 
   /// A path from `from` (its first waypoint) to `to` (its last), every edge free. The start may lie
-  /// a little inside the margins: the first edge then leads out of them, and never deeper in.
+  /// inside the margins: the first edges then lead out of them, and never deeper in.
   ///
   /// @param duration_s  the path's time at operating speeds, without ramps
   /// @returns kOk; kOutOfRange: an argument is not finite; kInfeasible: `to` is not free, or the
@@ -53,7 +53,8 @@ class MotionPlanner {
  private:
   bool Try(const CollisionChecker& checker, std::initializer_list<Configuration> waypoints);
   bool Simple(const CollisionChecker& checker, const Configuration& from, const Configuration& to);
-  bool Escape(const CollisionChecker& checker, Configuration& from, Rng& rng) const;
+  bool Escape(const CollisionChecker& checker, const Configuration& from, Rng& rng);
+  bool AppendEscape(Path& path) const;
   Status Find(const CollisionChecker& checker, const Configuration& from, const Configuration& to,
               Rng& rng);
   void Prune(const CollisionChecker& checker);
@@ -63,6 +64,11 @@ class MotionPlanner {
   MotionPlannerConfig config_;
   RrtConnect search_;
   std::vector<Configuration> way_;  ///< the path in hand; its capacity is fixed
+  struct EscapeNode {
+    Configuration q;
+    int parent = -1;
+  };
+  std::vector<EscapeNode> escape_;  ///< the tree out of the margins; its capacity is fixed
 };
 
 /// Sum of the edges' times at operating speeds. [s]

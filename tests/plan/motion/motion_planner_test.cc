@@ -42,6 +42,21 @@ class PlannerInCell : public testing::Test {
     }
   }
 
+  int FirstFree(const MotionPlanner::Path& path) const {
+    const CollisionChecker checker(cell_.around());
+    int i = 0;
+    while (!checker.Free(path[i])) {
+      ++i;
+    }
+    return i;
+  }
+
+  /// Share s - floor(s) of the edge from waypoint floor(s).
+  static Configuration At(const MotionPlanner::Path& path, double s) {
+    const int i = std::min(static_cast<int>(s), static_cast<int>(path.size()) - 2);
+    return EdgeAt(path[i], path[i + 1], s - i);
+  }
+
   test::Cell cell_;
   Configuration start_;
   MotionPlanner planner_;
@@ -110,13 +125,35 @@ TEST_F(PlannerInCell, AStartInsideTheMarginsIsLedOut) {
     }
     ++led_out;
     EXPECT_EQ(path_[0], from);
-    EXPECT_TRUE(strict.Free(path_[1]));
-    for (double s = 0; s <= 1; s += 0.01) {
-      EXPECT_GT(strict.Clearance(EdgeAt(path_[0], path_[1], s)), clearance_m - 0.01);
+    const int out = FirstFree(path_);
+    for (double s = 0; s <= out; s += 0.01) {
+      EXPECT_GT(strict.Clearance(At(path_, s)), clearance_m - 0.01);
     }
-    ExpectFree(path_, 2);
+    ExpectFree(path_, out + 1);
   }
   EXPECT_EQ(led_out, 5);
+}
+
+TEST_F(PlannerInCell, ABaseAlongsideAWallThatBecameKnownIsLedOut) {
+  const double wall_y_m = 1.5;
+  const double allowed_m = wall_y_m - planner_.config().collision.base_plane_m;
+  for (const double inside_m : {0.0, 0.02, 0.05, 0.1}) {
+    for (const double heading_rad : {0.0, 0.1, -0.1, 1.5}) {
+      SCOPED_TRACE(testing::Message() << inside_m << " m inside, heading " << heading_rad);
+      Configuration from = start_;
+      from(1) = allowed_m + inside_m;
+      from(2) = heading_rad;
+      ASSERT_FALSE(CollisionChecker(cell_.around()).Free(from));
+      Rng rng(77);
+      ASSERT_EQ(planner_.Plan(cell_.around(), from, start_, rng, path_, &duration_s_), Status::kOk);
+      EXPECT_EQ(path_[0], from);
+      const int out = FirstFree(path_);
+      for (double s = 0; s <= out; s += 0.01) {
+        EXPECT_LE(At(path_, s)(1), from(1) + 1e-3) << "nearer to the wall";
+      }
+      ExpectFree(path_, out + 1);
+    }
+  }
 }
 
 TEST_F(PlannerInCell, SaysWhyThereIsNoWay) {
