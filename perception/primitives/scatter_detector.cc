@@ -68,19 +68,14 @@ void ScatterDetector::FindPlanes() {
 
 /// The finite points, thinned evenly to what there is room for.
 void ScatterDetector::Take(std::span<const Eigen::Vector3f> p_SQ) {
-  const auto finite = std::count_if(p_SQ.begin(), p_SQ.end(),
-                                    [](const Eigen::Vector3f& p) { return p.allFinite(); });
-  const long step = 1 + (finite - 1) / PointGrid::kMaxPoints;
-  points_ = 0;
-  long passed = 0;
-  for (const Eigen::Vector3f& p : p_SQ) {
-    if (p.allFinite() && passed++ % step == 0) {
-      barred_[points_] = kFree;
-      p_S_[points_++] = p;
-    }
+  constexpr float kFinest = 16;  // cubes across a neighbourhood
+  const auto width_m = static_cast<float>(config_.neighbour_m);
+  points_ = thinning_.Pick(p_SQ, width_m / kFinest, index_);
+  for (int i = 0; i < points_; ++i) {
+    barred_[i] = kFree;
+    p_S_[i] = p_SQ[index_[i]];
   }
-  grid_.Set({p_S_.data(), static_cast<std::size_t>(points_)},
-            static_cast<float>(config_.neighbour_m));
+  grid_.Set({p_S_.data(), static_cast<std::size_t>(points_)}, width_m);
 }
 
 /// Of each point, across its neighbours' least spread; none where they are few or not flat.

@@ -8,6 +8,7 @@
 #include "perception/primitives/pipe_finder.h"
 #include "perception/primitives/plane_finder.h"
 #include "perception/primitives/point_grid.h"
+#include "perception/primitives/thinning.h"
 #include "platform/core/fixed_vector.h"
 #include "platform/core/rng.h"
 
@@ -21,7 +22,7 @@ struct ScatterConfig {
   double chi2_max = 4;        ///< per degree of freedom, of sigma_m
 
   int plane_draws = 2000;
-  double plane_min_share = 0.02;  ///< of the points
+  double plane_min_share = 0.01;  ///< of the points
   int plane_min_points = 60;
   double plane_min_extent_m = 0.4;
   double plane_min_fill = 0.25;  ///< share of its rectangle that has points
@@ -48,8 +49,8 @@ static_assert(Valid(ScatterConfig{}));
 /// Pipes, then planes among what is left, of an unorganised cloud: RANSAC over points and the
 /// normals of their neighbourhoods, then total least squares on what agrees.
 ///
-/// Clouds of more than PointGrid::kMaxPoints points are thinned evenly. Frame S is the cloud's own;
-/// rectangles lie along its z and x. No heap after construction; ~2.5 MB.
+/// Clouds of more than PointGrid::kMaxPoints points are thinned, evenly in space. Frame S is the
+/// cloud's own; rectangles lie along its z and x. No heap after construction; ~5 MB.
 class ScatterDetector {
  public:
   static constexpr int kMaxPlanes = PlaneFinder::kMaxPlanes;
@@ -97,6 +98,7 @@ class ScatterDetector {
   Rng rng_;
   FixedVector<DetectedPlane, kMaxPlanes> planes_;
   FixedVector<DetectedPipe, kMaxPipes> pipes_;
+  Thinning thinning_;
   PointGrid grid_;
   int points_ = 0;
   std::array<Eigen::Vector3f, PointGrid::kMaxPoints> p_S_;

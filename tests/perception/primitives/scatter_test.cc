@@ -191,7 +191,8 @@ TEST(ScatterDetector, ThinsWhatItHasNoRoomForAndGivesTheSameForTheSame) {
   const auto two = std::make_unique<ScatterDetector>(ScatterConfig{}, 5);
   one->Detect(scatter.points);
   two->Detect(scatter.points);
-  EXPECT_EQ(one->points_used(), 1 << 15);
+  EXPECT_LE(one->points_used(), 1 << 15);
+  EXPECT_GE(one->points_used(), 1 << 14);
   ASSERT_EQ(one->planes().size(), 1);
   EXPECT_EQ(one->planes()[0].fit.covariance, two->planes()[0].fit.covariance);
 }
