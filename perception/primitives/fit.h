@@ -81,8 +81,11 @@ Result<CylinderFit> FitCylinderAlongRays(std::span<const Eigen::Vector3f> p_SQ,
                                          const CylinderFit& start, const DepthNoise& noise,
                                          const InlierGate& gate = {});
 
+/// A ray that meets a surface at a smaller cosine grazes it.
+inline constexpr double kGrazing = 0.2;
+
 /// Noise of a point's distance to a surface with normal g, seen along the ray p. A grazing ray
-/// would be trusted without end: its cosine counts as 0.2 at least.
+/// would be trusted without end: its cosine counts as kGrazing at least.
 double SurfaceSigma(const Vector3d& p_SQ, const Vector3d& g_S, const DepthNoise& noise);
 
 }  // namespace pipewright

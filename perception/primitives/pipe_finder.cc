@@ -17,7 +17,6 @@ constexpr float kReach_m = 1.5F;        // along the axis from a hypothesis' mid
 constexpr double kMinCurvature = 0.01;  // second eigenvalue of the normals: less is flat
 constexpr float kNormalAgrees = 0.6F;   // cosine
 constexpr float kSlack_m = 0.001F;      // pipes are round to this
-constexpr float kGrazing = 0.2F;        // as in SurfaceSigma
 
 }  // namespace
 
@@ -112,7 +111,7 @@ bool PipeFinder::Agrees(const Reading& reading, const Axis& axis, float& s_m) co
     return false;
   }
   const float towards = std::abs(across.dot(reading.p_S)) / rho;
-  const float grazing = kGrazing * std::sqrt(reading.p_S.squaredNorm());
+  const float grazing = static_cast<float>(kGrazing) * std::sqrt(reading.p_S.squaredNorm());
   const float sigma_m = reading.sigma_per_m * std::max(towards, grazing);
   return off_m < static_cast<float>(config_.inlier_sigmas) * sigma_m + kSlack_m;
 }

@@ -4,22 +4,9 @@
 #include <cstdint>
 #include <vector>
 
-#include "hil/world/scenario.h"
-#include "perception/cloud/cloud.h"
-#include "perception/primitives/config.h"
+#include "tests/bench/primitives_rooms.h"
 
 namespace pipewright::bench {
-
-/// A depth camera in rooms with pipes, both drawn anew again and again.
-struct FrameCase {
-  const char* name;
-  hil::CameraSpec camera;
-  int stride;        ///< of MakeCloud
-  double room_lo_m;  ///< half the room's width and depth, drawn between these
-  double room_hi_m;
-  double near_m;  ///< the camera's distance from a pipe's surface, drawn between these
-  double far_m;
-};
 
 /// Normalised errors squared of everything found that is there, and what is found that is not.
 struct FrameErrors {
