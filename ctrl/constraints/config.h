@@ -55,9 +55,10 @@ struct ConstraintConfig {
   double voxel_noise_m = 0.005;
   double self_margin_m = 0.02;
 
-  double plane_inflation_m = 0.25;  ///< a plane acts this far beyond the rectangle that was seen
-  double plane_behind_m = 0.15;     ///< a point this far behind a plane is past the plane's end
-  double near_vertical_nz = 0.3;    ///< |n_z| below which a plane stops the base
+  /// Planes are slabs (PointToSlab): so much wider than the rectangle that was seen, and so deep.
+  double plane_inflation_m = 0.2;
+  double plane_behind_m = 0.15;
+  double near_vertical_nz = 0.3;  ///< |n_z| below which a plane stops the base
   /// The seen part of a pipe's axis counts as this much longer at either end. On the axis that
   /// keeps inflation + radius + d_safe, some 0.2 m, beyond what was seen.
   double pipe_inflation_m = 0.05;

@@ -10,19 +10,6 @@ PointDistance PointToPlane(const Vector3d& p_WT, const PlaneEstimate& plane) {
   return {.d_m = plane.n_W.dot(p_WT) - plane.d_m, .gradient_W = plane.n_W};
 }
 
-bool PlaneReaches(const PlaneEstimate& plane, const Vector3d& p_WT, double inflation_m,
-                  double behind_m) {
-  const Vector3d p_CT_W = p_WT - plane.p_WCentroid;
-  const double along[2] = {plane.e1_W.dot(p_CT_W), plane.e2_W.dot(p_CT_W)};
-  for (int i = 0; i < 2; ++i) {
-    if (along[i] < plane.extent_lo_m[i] - inflation_m ||
-        along[i] > plane.extent_hi_m[i] + inflation_m) {
-      return false;
-    }
-  }
-  return plane.n_W.dot(p_WT) - plane.d_m >= -behind_m;
-}
-
 AxisDistance PointToPipeAxis(const Vector3d& p_WT, const PipeEstimate& pipe, double inflation_m) {
   const Vector3d w = p_WT - pipe.p_W;
   const double foot = pipe.l_W.dot(w);

@@ -13,13 +13,8 @@ struct PointDistance {
   Vector3d gradient_W = Vector3d::Zero();
 };
 
-/// d = n't − d_π                                                                        [CFNBV] (8)
+/// d = n't − d_π, of the plane without end. [CFNBV] (8)
 PointDistance PointToPlane(const Vector3d& p_WT, const PlaneEstimate& plane);
-
-/// Whether the plane acts on T: T's foot lies in the seen rectangle widened by inflation, and T not
-/// farther than `behind` behind the plane.
-bool PlaneReaches(const PlaneEstimate& plane, const Vector3d& p_WT, double inflation_m,
-                  double behind_m);
 
 /// Distance to the segment of the pipe's axis that was seen, `inflation` longer at either end: the
 /// foot is p + s l, s = clamp(l't', lo − inflation, hi + inflation) with t' = t − p.

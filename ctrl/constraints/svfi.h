@@ -3,6 +3,7 @@
 
 #include "ctrl/constraints/config.h"
 #include "ctrl/constraints/distance.h"
+#include "perception/plane_slab.h"
 #include "platform/core/status.h"
 
 namespace pipewright {
@@ -45,6 +46,20 @@ struct VelocityCone {
 /// frame's origin: moving it by o changes t to t − o, d_π to d_π − n'o, and Σ with them.
 VelocityCone PlaneCone(const PlaneEstimate& plane, const Vector3d& p_WT, double eta_1ps);
 
+/// The plane's slab, which moves with (n, d_π) as a rigid body about the rectangle's centroid c,
+/// its turn about n left out. Its points move by δ(x) = n (∂d_π − x'∂n) + n'(x − c) ∂n at x, t's
+/// distance by −e'δ(t), e = ∇d; and e turns by (n × ∂n) × e − B δ(t):
+///
+///   ∂f = (n'e)(v'∂n) − (n'v)(e'∂n) − δ(t)'(B v + η e)
+///
+/// On the face, e = n and B = 0, that is PlaneCone's: along n, ∂n has no part. Where the rectangle
+/// ends is not in Σ: the inflation has to hold it.
+VelocityCone SlabCone(const PlaneEstimate& plane, const Vector3d& p_WT, const Vector3d& gradient_W,
+                      const Matrix3d& B, double eta_1ps);
+
+/// B = ∂²d/∂t² of the distance to a plane's slab: BoxCurvature along its own axes.
+Matrix3d SlabCurvature(const PlaneEstimate& plane, const SlabDistance& distance);
+
 /// Pipe: θ = (p, l, r), first order in θ. With w = t − p, ρ the distance to the axis,
 /// e = ∇d, m = l × e:
 ///   ∂d/∂θ       = [−e; −(l'w) e; −1]
@@ -80,7 +95,8 @@ PointSpread WithBase(const PointSpread& of_joints, const Matrix3d& base,
 ///
 ///   ∂f/∂q = J_q' ∂f/∂t + (0, 0, 1, 0 ... 0)' w'v,    w = ∇d × z
 ///   ∂f/∂t = B v + η ∇d,   B = ∂²d/∂t²
-///   B = 0 (plane),  mm'/ρ (line, m = l × e),  (I − ee')/ρ (point), BoxCurvature (voxel)
+///   B = 0 (a plane's face),  mm'/ρ (line, m = l × e),  (I − ee')/ρ (point),
+///       BoxCurvature (voxel), SlabCurvature (a plane's border)
 ///
 /// (∂f/∂t)'Σ_t(∂f/∂t) with Σ_t = J_q Σ J_q', which [CFNBV] leaves open, and one term more: v turns
 /// with the base's heading (z is up), so that an error of the base's pose is whole to first order.
@@ -90,7 +106,7 @@ PointSpread WithBase(const PointSpread& of_joints, const Matrix3d& base,
 /// Independent of the primitive's own Σ. With a zero spread `cone` keeps its bits.
 void AddStateVariance(const PointSpread& spread, const Vector3d& gradient_W, const Matrix3d& B,
                       double eta_1ps, VelocityCone& cone);
-/// The same for a plane, whose B is zero.
+/// The same where B is zero.
 void AddStateVariance(const PointSpread& spread, const Vector3d& gradient_W, double eta_1ps,
                       VelocityCone& cone);
 

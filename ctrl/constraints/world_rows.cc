@@ -27,21 +27,29 @@ RobotPoint MakePoint(const RowContext& c, int body, const Vector3d& p_L, double 
 void AddPlane(const RowContext& c, RowKind kind, int index, const PlaneEstimate& plane,
               const Matrix3d* base, double d_safe_m, const RobotPoint& point, RowMaker& maker,
               Clearances& clearance) {
-  if (!PlaneReaches(plane, point.p_W, c.config.plane_inflation_m, c.config.plane_behind_m)) {
-    return;
-  }
-  const PointDistance distance = PointToPlane(point.p_W, plane);
+  const SlabDistance distance =
+      PointToSlab(point.p_W, plane, c.config.plane_inflation_m, c.config.plane_behind_m);
   if (kind == RowKind::kPlane) {
     clearance.plane_m = std::min(clearance.plane_m, distance.d_m - point.r_m);
   }
   const double eta = c.config.eta_1ps;
   const RowMaker::Pair pair{kind, index, plane.id, distance.d_m - d_safe_m, eta, point.buffer_mps};
   if (pair.spare_m <= c.config.consider_m) {
-    VelocityCone cone = PlaneCone(plane, point.p_W, eta);
-    if (base != nullptr) {
-      AddStateVariance(WithBase(point.spread, *base, point.J), distance.gradient_W, eta, cone);
+    const Vector3d& gradient_W = distance.gradient_W;
+    VelocityCone cone;
+    if (distance.on_face()) {  // the usual case
+      cone = PlaneCone(plane, point.p_W, eta);
+      if (base != nullptr) {
+        AddStateVariance(WithBase(point.spread, *base, point.J), gradient_W, eta, cone);
+      }
+    } else {
+      const Matrix3d B = SlabCurvature(plane, distance);
+      cone = SlabCone(plane, point.p_W, gradient_W, B, eta);
+      if (base != nullptr) {
+        AddStateVariance(WithBase(point.spread, *base, point.J), gradient_W, B, eta, cone);
+      }
     }
-    maker.Chance(pair, distance.gradient_W, point, cone);
+    maker.Chance(pair, gradient_W, point, cone);
   }
 }
 

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "perception/map/distance_field.h"
+#include "perception/plane_slab.h"
 #include "plan/motion/edge.h"
 #include "plan/motion/narrow_phase.h"
 #include "platform/robot/uf7.h"
@@ -15,16 +16,8 @@ namespace {
 constexpr double kFar_m = 1e3;
 constexpr double kSphereSlip_m = 0.005;  // what RobotShapes lets its spheres leave uncovered
 
-bool PlaneReaches(const PlaneEstimate& plane, const Vector3d& p_W, const CollisionConfig& c) {
-  const Vector3d p_CQ_W = p_W - plane.p_WCentroid;
-  const double along[2] = {plane.e1_W.dot(p_CQ_W), plane.e2_W.dot(p_CQ_W)};
-  for (int i = 0; i < 2; ++i) {
-    if (along[i] < plane.extent_lo_m[i] - c.plane_border_m - c.slack_m ||
-        along[i] > plane.extent_hi_m[i] + c.plane_border_m + c.slack_m) {
-      return false;
-    }
-  }
-  return plane.n_W.dot(p_W) - plane.d_m >= -c.plane_behind_m - c.slack_m;
+double SlabDistanceOf(const PlaneEstimate& plane, const Vector3d& p_W, const CollisionConfig& c) {
+  return PointToSlab(p_W, plane, c.plane_border_m, c.plane_behind_m).d_m;
 }
 
 double PipeAxisDistance(const PipeEstimate& pipe, const Vector3d& p_W, const CollisionConfig& c) {
@@ -157,8 +150,8 @@ double CollisionChecker::BasePlaneSpare(const Body& body) const {
   const Vector3d p_W = body.Point(Body::kBase, {0, 0, kMidHeight_m});
   double spare_m = kFar_m;
   for (const PlaneEstimate& plane : around_.scene.planes) {
-    if (std::abs(plane.n_W.z()) < config_.upright_nz && PlaneReaches(plane, p_W, config_)) {
-      spare_m = std::min(spare_m, plane.n_W.dot(p_W) - plane.d_m);
+    if (std::abs(plane.n_W.z()) < config_.upright_nz) {
+      spare_m = std::min(spare_m, SlabDistanceOf(plane, p_W, config_));
     }
   }
   return spare_m - config_.base_plane_m - config_.slack_m;
@@ -187,10 +180,7 @@ double CollisionChecker::PlaneSpare(const Body& body) const {
     const double required_m =
         std::max(config_.plane_m, sphere.r_m + config_.primitive_margin_m) + config_.slack_m;
     for (const PlaneEstimate& plane : around_.scene.planes) {
-      const double spare_here_m = plane.n_W.dot(p_W) - plane.d_m - required_m;
-      if (spare_here_m < spare_m && PlaneReaches(plane, p_W, config_)) {
-        spare_m = spare_here_m;
-      }
+      spare_m = std::min(spare_m, SlabDistanceOf(plane, p_W, config_) - required_m);
     }
   }
   return spare_m;

@@ -24,8 +24,8 @@ struct CollisionConfig {
   double base_plane_m = 0.5;         ///< base centre to upright planes: Table I
   double self_m = 0.02;              ///< between the robot's own bodies
   double upright_nz = 0.3;           ///< |n_z| below which a plane is upright
-  double plane_border_m = 0.25;      ///< a plane counts this far beyond its seen rectangle
-  double plane_behind_m = 0.15;      ///< what is farther behind a plane is past its end
+  double plane_border_m = 0.2;       ///< a plane counts this far beyond its seen rectangle
+  double plane_behind_m = 0.15;      ///< and so deep
   double pipe_border_m = 0.05;       ///< a pipe's axis counts this far beyond its seen ends
   double joint_margin_rad = 0.03;
 };

@@ -68,26 +68,6 @@ TEST(Distance, RatesAreThoseOfFiniteDifferences) {
   }
 }
 
-TEST(PlaneReaches, OnlyOverItsRectangleAndNotFarBehindIt) {
-  const PlaneEstimate wall = MakePlane(1, {1, 0, 0.5}, {-1, 0, 0}, 0.3, 0, 0);
-  struct Case {
-    const char* name;
-    Vector3d p;
-    bool reaches;
-  };
-  const Case cases[] = {
-      {"before it", {0.5, 0, 0.5}, true},
-      {"within the inflation", {0.5, 0.54, 0.5}, true},
-      {"beyond the inflation", {0.5, 0.56, 0.5}, false},
-      {"above it", {0.5, 0, 1.06}, false},
-      {"just behind it", {1.14, 0, 0.5}, true},
-      {"past it", {1.16, 0, 0.5}, false},
-  };
-  for (const Case& c : cases) {
-    EXPECT_EQ(PlaneReaches(wall, c.p, 0.25, 0.15), c.reaches) << c.name;
-  }
-}
-
 TEST(PointToPipeAxis, TakesTheEndBeyondTheInflatedExtent) {
   const PipeEstimate pipe = MakePipe(1, {0, 0, 0}, {0, 0, 1}, 0.05, 0.5, 0, 0);
   const AxisDistance beside = PointToPipeAxis({0.3, 0, 0.6}, pipe, 0.15);
