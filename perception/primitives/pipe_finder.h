@@ -86,7 +86,7 @@ class PipeFinder {
   bool Refine(const Hypothesis& hypothesis, DetectedPipe& pipe);
   struct Meeting;
   std::optional<Meeting> Meet(const DepthView& view, const CylinderFit& pipe, int i) const;
-  int CollectAlongRays(const DepthView& view, const DetectedPipe& pipe);
+  int CollectAlongRays(const DepthView& view, const DetectedPipe& pipe, int& step);
   PixelBox MarkAlongRays(const DepthView& view, const DetectedPipe& pipe);
   void MeasureFromOthers(const DepthView& view, const DetectedPipe& pipe, const PixelBox& box);
   bool NearAnother(const Vector3d& p_SQ) const;

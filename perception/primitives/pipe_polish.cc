@@ -111,10 +111,11 @@ void PipeFinder::MeasureFromOthers(const DepthView& view, const DetectedPipe& pi
   SweepDistances(from_other_, width, box);
 }
 
-/// The readings within their noise of the depth at which their rays meet the pipe, thinned. What is
+/// The readings within their noise of the depth at which their rays meet the pipe; of more than
+/// there is room for each step-th of the view, which the first call of a pipe (step 0) sets. What is
 /// asked is asked of the pipe and of whole neighbourhoods, not of the single reading, so that
 /// nothing is chosen by its noise; the cut at the gate is symmetric.
-int PipeFinder::CollectAlongRays(const DepthView& view, const DetectedPipe& pipe) {
+int PipeFinder::CollectAlongRays(const DepthView& view, const DetectedPipe& pipe, int& step) {
   const PixelBox box = MarkAlongRays(view, pipe);
   MeasureFromOthers(view, pipe, box);
   const double range_m = config_.pipe_range_m;
@@ -136,18 +137,24 @@ int PipeFinder::CollectAlongRays(const DepthView& view, const DetectedPipe& pipe
       agree_[agree++] = k;
     }
   }
-  const int step = 1 + agree / kMaxPoints;
+  if (step == 0) {
+    step = 1 + agree / (kMaxPoints * 3 / 4);
+  }
   int count = 0;
-  for (int k = 0; k < agree; k += step) {
-    point_[count++] = reading_[agree_[k]].p_S;
+  for (int k = 0; k < agree && count < kMaxPoints; ++k) {
+    if (agree_[k] % step == 0) {
+      point_[count++] = reading_[agree_[k]].p_S;
+    }
   }
   return count;
 }
 
-/// The fit to all readings along rays, and no others; the ends stay at their places.
+/// The fit to all readings along rays, and no others; the ends stay at their places. All rounds take
+/// the same readings, gate aside: KeptInformation() is of gates that have followed their fit.
 bool PipeFinder::Polish(const DepthView& view, DetectedPipe& pipe) {
+  int step = 0;
   for (int round = 0; round < kRounds; ++round) {
-    const int count = CollectAlongRays(view, pipe);
+    const int count = CollectAlongRays(view, pipe, step);
     if (count < config_.pipe_min_points) {
       return false;
     }
