@@ -178,6 +178,7 @@ class VoxelGrid {
   friend class RayWalk;
 
   // A voxel's two state bits: 0 unknown, 1 unknown and swept, 2 free, 3 occupied.
+  static constexpr unsigned kSweptCode = 1;
   static constexpr unsigned kKnown = 2;
   static constexpr unsigned kOccupiedCode = 3;
 
@@ -218,6 +219,7 @@ class VoxelGrid {
       solid_[index >> 6] |= std::uint64_t{1} << (index & 63);
     }
   }
+  void TabulateEntropy();
   std::int64_t EntropyUnits(StoredLogOdds log_odds) const;
 
   MapConfig config_;
