@@ -55,6 +55,7 @@ VoxelGrid::VoxelGrid(const MapConfig& config)
   assert(Valid(config));
   const auto voxels = static_cast<std::size_t>(voxel_count());
   top_.assign(static_cast<std::size_t>(BricksOfBox(config)), -1);
+  block_revisions_.resize(top_.size());
   bricks_.resize(static_cast<std::size_t>(std::min(config.brick_capacity, BricksOfBox(config))));
   codes_.resize(voxels / 16 + 2);  // a row's bits are read four bytes at a time
   flags_.resize(voxels / 64 + 1);
@@ -116,6 +117,18 @@ int VoxelGrid::BrickOf(const VoxelIndex& v) const {
              (((v.y >> 3) - (config_.lo.y >> 3)) + bricks_y_ * ((v.z >> 3) - (config_.lo.z >> 3)));
 }
 
+VoxelBox VoxelGrid::BlockBox(int block) const {
+  const int row = block / bricks_x_;
+  const int layer = row / bricks_y_;
+  const VoxelIndex lo{((config_.lo.x >> 3) + block - row * bricks_x_) * 8,
+                      ((config_.lo.y >> 3) + row - layer * bricks_y_) * 8,
+                      ((config_.lo.z >> 3) + layer) * 8};
+  return {
+      {std::max(lo.x, config_.lo.x), std::max(lo.y, config_.lo.y), std::max(lo.z, config_.lo.z)},
+      {std::min(lo.x + 7, config_.hi.x), std::min(lo.y + 7, config_.hi.y),
+       std::min(lo.z + 7, config_.hi.z)}};
+}
+
 StoredLogOdds* VoxelGrid::LogOddsSlot(const VoxelIndex& v) {
   std::int32_t& brick = top_[BrickOf(v)];
   if (brick < 0) {
@@ -157,7 +170,7 @@ void VoxelGrid::Become(int index, const VoxelIndex& v, bool occupied) {
   if ((from & kKnown) == 0) {
     SetFlag(index, false);  // it was "residual"
   }
-  ++revision_;
+  Touch(v);
 }
 
 void VoxelGrid::CountChange(unsigned from, unsigned to, bool flag) {
@@ -177,8 +190,8 @@ std::int64_t VoxelGrid::MemoryBytes() const {
   const auto bytes = [](const auto& v) {
     return static_cast<std::int64_t>(v.capacity() * sizeof(v[0]));
   };
-  return bytes(top_) + bytes(bricks_) + bytes(codes_) + bytes(flags_) + bytes(solid_) +
-         window_.MemoryBytes() + bytes(ends_) + bytes(entropy_table_);
+  return bytes(top_) + bytes(block_revisions_) + bytes(bricks_) + bytes(codes_) + bytes(flags_) +
+         bytes(solid_) + window_.MemoryBytes() + bytes(ends_) + bytes(entropy_table_);
 }
 
 }  // namespace pipewright

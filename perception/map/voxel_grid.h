@@ -160,6 +160,11 @@ class VoxelGrid {
 
   /// Changes whenever a voxel's State, Swept or Obstacle does.
   std::uint64_t revision() const { return revision_; }
+  /// The box in blocks of 8x8x8 voxels, whether or not there is a brick: how many, the voxels of
+  /// one that are in the box, and what revision() was when one of them last changed.
+  int block_count() const { return static_cast<int>(block_revisions_.size()); }
+  VoxelBox BlockBox(int block) const;
+  std::uint64_t BlockRevision(int block) const { return block_revisions_[block]; }
   int bricks_used() const { return bricks_used_; }
   /// Voxel updates that a full pool has refused so far.
   std::int64_t updates_refused() const { return updates_refused_; }
@@ -208,6 +213,7 @@ class VoxelGrid {
   static int CellInBrick(const VoxelIndex& v) {
     return (v.x & 7) | ((v.y & 7) << 3) | ((v.z & 7) << 6);
   }
+  void Touch(const VoxelIndex& v) { block_revisions_[BrickOf(v)] = ++revision_; }
   StoredLogOdds* LogOddsSlot(const VoxelIndex& v);
   bool Sees(const Vector3d& p_WP, double radius_m, const VoxelIndex& v) const;
   bool Sees(const Vector3d& p_WP, const Vector3d& p_WQ, const VoxelIndex& v) const;
@@ -239,6 +245,7 @@ class VoxelGrid {
   std::uint64_t revision_ = 1;
   MapCounts counts_;
   std::vector<std::int32_t> top_;  // brick of each 8x8x8 block of the box, -1: none
+  std::vector<std::uint64_t> block_revisions_;
   std::vector<Brick> bricks_;
   std::vector<std::uint32_t> codes_;  // two bits a voxel
   std::vector<std::uint64_t> flags_;  // probed when known, residual when unknown

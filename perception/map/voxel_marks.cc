@@ -25,7 +25,7 @@ void VoxelGrid::MarkSweptSphere(const Vector3d& center_W, double radius_m) {
         if (Code(index) == 0 && SquaredDistanceToBox(center_W, Center({x, y, z}),
                                                      config_.width_m / 2) <= radius_m * radius_m) {
           SetCode(index, kSweptCode);
-          ++revision_;
+          Touch({x, y, z});
         }
       }
     }
