@@ -65,6 +65,10 @@ void DistanceField::Update(const VoxelGrid& grid) {
     return;
   }
   revision_ = grid.revision();
+  if (grid.config().lo != config_.lo) {  // its window moved, and all cells with it
+    config_ = grid.config();
+    fresh_ = false;
+  }
   FindChanges(grid);
   const auto read_row = [&](int y, int z, std::uint8_t* obstacle) {
     const int row = nx_ * (y + ny_ * z);

@@ -49,7 +49,8 @@ class DistanceField {
   DistanceField& operator=(const DistanceField&);
   ~DistanceField();
 
-  /// Follows the grid, whose config must be this field's; always the same grid, or a copy of it.
+  /// Follows the grid, whose config must be this field's; always the same grid, or a copy of it;
+  /// also where its window moves to.
   /// Looks only at bricks that changed since the last call, and changes only cells that what
   /// changed can reach: the field is that of all cells taken anew, bit for bit. Returns at once
   /// when nothing changed. O(bricks + changed rows x range); at most the whole, O(cells x distance

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cassert>
+#include <numeric>
 #include <type_traits>
 
 namespace pipewright {
@@ -57,6 +58,9 @@ VoxelGrid::VoxelGrid(const MapConfig& config)
   top_.assign(static_cast<std::size_t>(BricksOfBox(config)), -1);
   block_revisions_.resize(top_.size());
   bricks_.resize(static_cast<std::size_t>(std::min(config.brick_capacity, BricksOfBox(config))));
+  free_bricks_.resize(bricks_.size());
+  std::iota(free_bricks_.rbegin(), free_bricks_.rend(), 0);
+  bricks_free_ = static_cast<int>(bricks_.size());
   codes_.resize(voxels / 16 + 2);  // a row's bits are read four bytes at a time
   flags_.resize(voxels / 64 + 1);
   solid_.resize(voxels / 64 + 1);
@@ -132,10 +136,10 @@ VoxelBox VoxelGrid::BlockBox(int block) const {
 StoredLogOdds* VoxelGrid::LogOddsSlot(const VoxelIndex& v) {
   std::int32_t& brick = top_[BrickOf(v)];
   if (brick < 0) {
-    if (bricks_used_ == static_cast<int>(bricks_.size())) {
+    if (bricks_free_ == 0) {
       return nullptr;
     }
-    brick = bricks_used_++;
+    brick = free_bricks_[--bricks_free_];
   }
   return &bricks_[brick].log_odds[CellInBrick(v)];
 }
@@ -190,8 +194,9 @@ std::int64_t VoxelGrid::MemoryBytes() const {
   const auto bytes = [](const auto& v) {
     return static_cast<std::int64_t>(v.capacity() * sizeof(v[0]));
   };
-  return bytes(top_) + bytes(block_revisions_) + bytes(bricks_) + bytes(codes_) + bytes(flags_) +
-         bytes(solid_) + window_.MemoryBytes() + bytes(ends_) + bytes(entropy_table_);
+  return bytes(top_) + bytes(block_revisions_) + bytes(bricks_) + bytes(free_bricks_) +
+         bytes(codes_) + bytes(flags_) + bytes(solid_) + window_.MemoryBytes() + bytes(ends_) +
+         bytes(entropy_table_);
 }
 
 }  // namespace pipewright
