@@ -3,6 +3,7 @@
 
 #include <cstdint>
 
+/// Cells of the distance field, and its passes over rows of them.
 namespace pipewright::distance_cell {
 
 /// A cell of the distance field is one number, so that the nearer of two obstacles is the smaller
@@ -28,5 +29,26 @@ constexpr int SquaredDistance(Packed cell) { return cell >> kDistanceShift; }
 constexpr int Offset(Packed cell, int axis) {
   return ((cell >> (axis * kOffsetBits)) & (2 * kBias - 1)) - kBias;
 }
+
+/// Along x: to each of n cells the offset to the row's nearest obstacle, the left one of two;
+/// kNoneInRow beyond the range. obstacle[x] is 0 or 1.
+constexpr std::int8_t kNoneInRow = 127;
+void SweepRow(const std::uint8_t* obstacle, int n, int range, std::int8_t* offsets);
+
+/// Row `at` of `rows` rows that lie `stride` cells apart along an axis.
+struct RowPlace {
+  int at;
+  int rows;
+  int stride;
+  int axis;
+};
+
+/// Along y or z: best[x] = the least of from[x + off stride] + Shifted(off, axis) over the rows
+/// that there are, |off| <= range.
+void MergeRows(const Packed* from, const RowPlace& place, int n, int range, Packed* best);
+
+/// A row that was `before` and is `now` to one that lies `shift` from it: to[x] becomes the nearer.
+/// @returns whether a cell stood on what is no more, so that it must be merged anew
+bool Offer(const Packed* before, const Packed* now, Packed shift, int n, Packed* to);
 
 }  // namespace pipewright::distance_cell

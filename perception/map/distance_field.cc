@@ -5,58 +5,11 @@
 #include <cassert>
 #include <cmath>
 
-#include "perception/map/distance_cell.h"
-
 namespace pipewright {
-namespace {
 
-using namespace distance_cell;  // NOLINT(google-build-using-namespace): this file's own words
-
-// Along x: `cells` holds kHere at obstacles and kNone elsewhere.
-void SweepRow(int n, int range, Packed* cells) {
-  int last = -2 * range;
-  for (int x = 0; x < n; ++x) {
-    last = cells[x] == kHere ? x : last;
-    cells[x] = x - last <= range ? kHere + Shifted(last - x, 0) : kNone;
-  }
-  last = n + 2 * range;
-  for (int x = n - 1; x >= 0; --x) {
-    last = cells[x] == kHere ? x : last;
-    const Packed right = last - x <= range ? kHere + Shifted(last - x, 0) : kNone;
-    cells[x] = std::min(cells[x], right);
-  }
-}
-
-void TakeNearer(const Packed* from, Packed shift, int n, Packed* best) {
-  for (int x = 0; x < n; ++x) {
-    const Packed there = from[x] + shift;
-    best[x] = there < best[x] ? there : best[x];
-  }
-}
-
-// Along y or z: row `at` of `rows` rows that lie `stride` cells apart. Stops as soon as no row that
-// is still farther off can be nearer to any cell of this one: exact, and short amid obstacles.
-void MergeRows(const Packed* from, int at, int rows, int stride, int axis, int n, int range,
-               Packed* best) {
-  std::copy(from, from + n, best);
-  for (int off = 1; off <= range; ++off) {
-    if (*std::max_element(best, best + n) <= (off * off << kDistanceShift)) {
-      return;
-    }
-    if (at - off >= 0) {
-      TakeNearer(from - off * stride, Shifted(-off, axis), n, best);
-    }
-    if (at + off < rows) {
-      TakeNearer(from + off * stride, Shifted(off, axis), n, best);
-    }
-  }
-}
-
-}  // namespace
+using distance_cell::kHere;
 
 DistanceField::DistanceField() = default;
-DistanceField::DistanceField(const DistanceField&) = default;
-DistanceField& DistanceField::operator=(const DistanceField&) = default;
 DistanceField::~DistanceField() = default;
 
 DistanceField::DistanceField(const MapConfig& config)
@@ -64,15 +17,46 @@ DistanceField::DistanceField(const MapConfig& config)
       nx_(VoxelsAlong(config.lo.x, config.hi.x)),
       ny_(VoxelsAlong(config.lo.y, config.hi.y)),
       nz_(VoxelsAlong(config.lo.z, config.hi.z)),
-      range_(static_cast<int>(std::ceil(config.field_range_m / config.width_m - 1e-9)) + 1) {
+      range_(static_cast<int>(std::ceil(config.field_range_m / config.width_m - 1e-9)) + 1),
+      transform_(nx_, ny_, nz_, range_),
+      column_transform_(nx_, ny_, 1, range_) {
   assert(Valid(config));
   const std::size_t columns = static_cast<std::size_t>(nx_) * ny_;
   const std::size_t cells = columns * nz_;
   cells_.assign(cells, kHere);  // all is unknown, so all is an obstacle
-  scratch_.resize(cells);
   unknown_.assign(cells / 64 + 1, ~std::uint64_t{0});
   columns_.assign(columns, kHere);
   column_unknown_.assign(columns, 1);
+  seen_.assign(static_cast<std::size_t>(BricksOfBox(config)), 0);
+  dirty_rows_.assign(static_cast<std::size_t>(ny_) * nz_, 0);
+  dirty_column_rows_.assign(static_cast<std::size_t>(ny_), 0);
+}
+
+DistanceField::DistanceField(const DistanceField& other) { *this = other; }
+
+DistanceField& DistanceField::operator=(const DistanceField& other) {
+  if (this == &other) {
+    return *this;
+  }
+  config_ = other.config_;
+  nx_ = other.nx_;
+  ny_ = other.ny_;
+  nz_ = other.nz_;
+  range_ = other.range_;
+  revision_ = other.revision_;
+  cells_ = other.cells_;
+  columns_ = other.columns_;
+  unknown_ = other.unknown_;
+  column_unknown_ = other.column_unknown_;
+  fresh_ = false;
+  if (!transform_.SameShape(other.transform_)) {
+    transform_ = other.transform_;
+    column_transform_ = other.column_transform_;
+  }
+  seen_.resize(other.seen_.size());
+  dirty_rows_.resize(other.dirty_rows_.size());
+  dirty_column_rows_.resize(other.dirty_column_rows_.size());
+  return *this;
 }
 
 void DistanceField::Update(const VoxelGrid& grid) {
@@ -81,42 +65,77 @@ void DistanceField::Update(const VoxelGrid& grid) {
     return;
   }
   revision_ = grid.revision();
-  ReadObstacles(grid);
-  const int layer = nx_ * ny_;
-  for (int row = 0; row < ny_ * nz_; ++row) {
-    SweepRow(nx_, range_, &cells_[row * nx_]);
+  if (grid.config().lo != config_.lo) {  // its window moved, and all cells with it
+    config_ = grid.config();
+    fresh_ = false;
   }
-  for (int row = 0; row < ny_ * nz_; ++row) {
-    MergeRows(&cells_[row * nx_], row % ny_, ny_, nx_, 1, nx_, range_, &scratch_[row * nx_]);
-  }
-  for (int row = 0; row < ny_ * nz_; ++row) {
-    MergeRows(&scratch_[row * nx_], row / ny_, nz_, layer, 2, nx_, range_, &cells_[row * nx_]);
-  }
-  for (int y = 0; y < ny_; ++y) {
-    SweepRow(nx_, range_, &columns_[y * nx_]);
-  }
-  std::copy(columns_.begin(), columns_.end(), scratch_.begin());
-  for (int y = 0; y < ny_; ++y) {
-    MergeRows(&scratch_[y * nx_], y, ny_, nx_, 1, nx_, range_, &columns_[y * nx_]);
+  FindChanges(grid);
+  const auto read_row = [&](int y, int z, std::uint8_t* obstacle) {
+    const int row = nx_ * (y + ny_ * z);
+    for (int x = 0; x < nx_; ++x) {
+      obstacle[x] = grid.ObstacleAt(row + x) ? 1 : 0;
+    }
+  };
+  const auto read_columns = [&](int y, int, std::uint8_t* obstacle) {
+    ReadColumns(grid, y, obstacle);
+  };
+  transform_.Update(!fresh_, dirty_rows_.data(), read_row, cells_.data());
+  column_transform_.Update(!fresh_, dirty_column_rows_.data(), read_columns, columns_.data());
+  fresh_ = true;
+}
+
+bool DistanceField::InWay(int z) const {
+  const double center_m = (config_.lo.z + z + 0.5) * config_.width_m;
+  return config_.column_lo_m <= center_m && center_m <= config_.column_hi_m;
+}
+
+void DistanceField::FindChanges(const VoxelGrid& grid) {
+  for (int block = 0; block < grid.block_count(); ++block) {
+    if (!fresh_ || seen_[block] != grid.BlockRevision(block)) {
+      seen_[block] = grid.BlockRevision(block);
+      ReadBlock(grid, grid.BlockBox(block));
+    }
   }
 }
 
-void DistanceField::ReadObstacles(const VoxelGrid& grid) {
-  std::fill(unknown_.begin(), unknown_.end(), 0);
-  std::fill(columns_.begin(), columns_.end(), kNone);
-  std::fill(column_unknown_.begin(), column_unknown_.end(), std::uint8_t{1});
-  int index = 0;
+void DistanceField::ReadBlock(const VoxelGrid& grid, const VoxelBox& block) {
+  for (int z = block.lo.z; z <= block.hi.z; ++z) {
+    for (int y = block.lo.y; y <= block.hi.y; ++y) {
+      bool moved = false;
+      bool told = false;
+      int index = grid.IndexOf({block.lo.x, y, z});
+      for (int x = block.lo.x; x <= block.hi.x; ++x, ++index) {
+        const bool obstacle = grid.ObstacleAt(index);
+        const bool unknown = obstacle && !grid.KnownAt(index);
+        moved = moved || obstacle != transform_.ObstacleAt(index);
+        told = told || unknown != UnknownAt(index);
+        const std::uint64_t bit = std::uint64_t{1} << (index & 63);
+        std::uint64_t& word = unknown_[index >> 6];
+        word = unknown ? word | bit : word & ~bit;
+      }
+      const int row = y - config_.lo.y;
+      const int layer = z - config_.lo.z;
+      if (moved) {
+        dirty_rows_[row + ny_ * layer] = 1;
+      }
+      if ((moved || told) && InWay(layer)) {
+        dirty_column_rows_[row] = 1;
+      }
+    }
+  }
+}
+
+// A column is unknown if all its obstacles are.
+void DistanceField::ReadColumns(const VoxelGrid& grid, int y, std::uint8_t* obstacle) {
+  std::uint8_t* const unknown = &column_unknown_[nx_ * y];
+  std::fill(obstacle, obstacle + nx_, std::uint8_t{0});
+  std::fill(unknown, unknown + nx_, std::uint8_t{1});
   for (int z = 0; z < nz_; ++z) {
-    const double center_m = (config_.lo.z + z + 0.5) * config_.width_m;
-    const bool in_way = config_.column_lo_m <= center_m && center_m <= config_.column_hi_m;
-    for (int column = 0; column < nx_ * ny_; ++column, ++index) {
-      const bool obstacle = grid.ObstacleAt(index);
-      cells_[index] = obstacle ? kHere : kNone;
-      const bool known = obstacle && grid.KnownAt(index);
-      unknown_[index >> 6] |= static_cast<std::uint64_t>(obstacle && !known) << (index & 63);
-      if (in_way && obstacle) {
-        columns_[column] = kHere;
-        column_unknown_[column] &= known ? 0 : 1;
+    const int row = nx_ * (y + ny_ * z);
+    for (int x = 0; InWay(z) && x < nx_; ++x) {
+      if (grid.ObstacleAt(row + x)) {
+        obstacle[x] = 1;
+        unknown[x] = static_cast<std::uint8_t>(grid.KnownAt(row + x) ? 0 : unknown[x]);
       }
     }
   }
@@ -126,8 +145,14 @@ std::int64_t DistanceField::MemoryBytes() const {
   const auto bytes = [](const auto& v) {
     return static_cast<std::int64_t>(v.capacity() * sizeof(v[0]));
   };
-  return bytes(cells_) + bytes(columns_) + bytes(scratch_) + bytes(unknown_) +
-         bytes(column_unknown_);
+  return bytes(cells_) + bytes(columns_) + bytes(unknown_) + bytes(column_unknown_) +
+         transform_.MemoryBytes() + column_transform_.MemoryBytes() + bytes(seen_) +
+         bytes(dirty_rows_) + bytes(dirty_column_rows_);
+}
+
+bool operator==(const DistanceField& a, const DistanceField& b) {
+  return a.cells_ == b.cells_ && a.columns_ == b.columns_ && a.unknown_ == b.unknown_ &&
+         a.column_unknown_ == b.column_unknown_;
 }
 
 }  // namespace pipewright

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "perception/map/feature_transform.h"
 #include "perception/map/voxel_grid.h"
 
 namespace pipewright {
@@ -17,6 +18,12 @@ struct Nearest {
   VoxelIndex voxel;
   bool unknown = false;  ///< an obstacle because it was never seen, not because it was hit
   bool any = false;      ///< false: no obstacle within the range, and distance_m is the range
+};
+
+/// The field between the centres of its cells.
+struct SmoothDistance {
+  double distance_m = 0;
+  Vector3d gradient_W = Vector3d::Zero();  ///< d distance / d p, m/m
 };
 
 /// Distance to the obstacles of a VoxelGrid (VoxelGrid::Obstacle), exact Euclidean feature
@@ -33,22 +40,38 @@ struct Nearest {
 ///
 /// A field that was never updated knows nothing and answers as inside an unknown obstacle.
 /// Copies between fields of one configuration do not allocate, nor does Update.
-/// Update is O(cells x distance to the obstacles), in the cell about 10 ns a voxel.
 class DistanceField {
  public:
   DistanceField();  ///< empty: no storage, answers 0
   explicit DistanceField(const MapConfig& config);
+  /// A copy has the answers, not what Update() remembers: its first one takes all cells anew.
   DistanceField(const DistanceField&);
   DistanceField& operator=(const DistanceField&);
   ~DistanceField();
 
-  /// Rebuilds from the grid, whose config must be this field's. Returns at once when the grid has
-  /// not changed since the last call.
+  /// Follows the grid, whose config must be this field's; always the same grid, or a copy of it;
+  /// also where its window moves to.
+  /// Looks only at bricks that changed since the last call, and changes only cells that what
+  /// changed can reach: the field is that of all cells taken anew, bit for bit. Returns at once
+  /// when nothing changed. O(bricks + changed rows x range); at most the whole, O(cells x distance
+  /// to the obstacles), about 10 ns a voxel.
   void Update(const VoxelGrid& grid);
 
   /// NearestObstacle's distance. [m]
   double Distance(const Vector3d& p_W) const { return NearestObstacle(p_W).distance_m; }
   Nearest NearestObstacle(const Vector3d& p_W) const;
+
+  /// Trilinear interpolation of the distances between centres, and its own derivative:
+  ///
+  ///   d(p) = sum_c w_c(p) d_c,   w_c = prod_i (1 - |p_i - c_i| / width)
+  ///
+  /// over the eight cells whose centres c are around p; d_c is the distance from c to the nearest
+  /// obstacle's centre, at most field_range_m, and 0 in an obstacle. Exact at centres; anywhere off
+  /// by at most sqrt(3)/2 widths from the distance to the nearest centre. The gradient is constant
+  /// along its own axis within a cube of centres and jumps at its faces; each part is within +-1.
+  /// Outside the outermost centres the nearest cell's value goes on, or 0 with outside_is_obstacle.
+  /// A field that knows nothing, and p not finite: 0, gradient 0. O(1), eight cells read.
+  SmoothDistance Interpolate(const Vector3d& p_W) const;
 
   /// A lower bound of the distance from one cell's entry alone, at most two widths below: for broad
   /// phases. [m]
@@ -61,9 +84,17 @@ class DistanceField {
   bool empty() const { return cells_.empty(); }
   std::int64_t MemoryBytes() const;
 
+  /// Whether both give the same answer to every question.
+  friend bool operator==(const DistanceField& a, const DistanceField& b);
+
  private:
-  void ReadObstacles(const VoxelGrid& grid);
+  bool InWay(int z) const;
+  void FindChanges(const VoxelGrid& grid);
+  void ReadBlock(const VoxelGrid& grid, const VoxelBox& block);
+  void ReadColumns(const VoxelGrid& grid, int y, std::uint8_t* obstacle);
+  bool UnknownAt(int index) const { return ((unknown_[index >> 6] >> (index & 63)) & 1U) != 0; }
   std::array<VoxelIndex, 2> WallsAt(const Vector3d& p_W, int axis, int axes) const;
+  double CenterDistance(const VoxelIndex& cell) const;
 
   MapConfig config_;
   int nx_ = 0;
@@ -73,9 +104,16 @@ class DistanceField {
   std::uint64_t revision_ = 0;
   std::vector<std::int32_t> cells_;  // squared distance and offset to the nearest obstacle
   std::vector<std::int32_t> columns_;
-  std::vector<std::int32_t> scratch_;
   std::vector<std::uint64_t> unknown_;  // a bit per cell: obstacle because unknown
   std::vector<std::uint8_t> column_unknown_;
+
+  // What Update() remembers of the last one; of no use in a copy.
+  bool fresh_ = false;  // what follows is of cells_
+  FeatureTransform transform_;
+  FeatureTransform column_transform_;
+  std::vector<std::uint64_t> seen_;  // revision of each block
+  std::vector<std::uint8_t> dirty_rows_;
+  std::vector<std::uint8_t> dirty_column_rows_;
 };
 
 }  // namespace pipewright

@@ -90,8 +90,8 @@ Nearest DistanceField::NearestObstacle(const Vector3d& p_W) const {
         const VoxelIndex at{i + Offset(cell, 0), j + Offset(cell, 1), k + Offset(cell, 2)};
         const int index = at.x + nx_ * (at.y + ny_ * at.z);
         if (cell < kNone && index != shown) {
-          const bool unknown = ((unknown_[index >> 6] >> (index & 63)) & 1U) != 0;
-          nearest.Show({config_.lo.x + at.x, config_.lo.y + at.y, config_.lo.z + at.z}, unknown);
+          nearest.Show({config_.lo.x + at.x, config_.lo.y + at.y, config_.lo.z + at.z},
+                       UnknownAt(index));
           shown = index;
         }
       }

@@ -86,40 +86,63 @@ inline void CountCrossings(const Doubles& bound_m, Aim* aim) {
   }
 }
 
-/// Everything in ticks; what cannot be told for sure gets no steps.
-inline void Schedule(const Origin& o, const Doubles& bound_m, const Aim& aim, int from, Rays* r) {
+/// Of each ray, in ticks.
+struct Timing {
+  Doubles crossings;
+  Doubles slack;
+  Doubles last;  // crossing
+  Doubles next;  // and the one after it
+};
+
+/// All crossings in ticks.
+inline Timing StoreCrossings(const int* stride, const Aim& aim, int from, Rays* r) {
   constexpr Doubles kZero = {};
   constexpr Counts kNone = {};
-  const Doubles n = ToDoubles(aim.count[0] + aim.count[1] + aim.count[2]);
-  Doubles slack = 0.5 * n + 4;  // half a tick a crossing, one for the first, and something
-  Doubles last = kZero - 1;
-  Doubles next = kZero + 1e300;
+  Timing timing;
+  timing.crossings = ToDoubles(aim.count[0] + aim.count[1] + aim.count[2]);
+  // Half a tick a crossing, one for the first, and something.
+  timing.slack = 0.5 * timing.crossings + 4;
+  timing.last = kZero - 1;
+  timing.next = kZero + 1e300;
   for (int a = 0; a < 3; ++a) {
     const Doubles t0 = aim.t0_m[a] * aim.scale;
     const Doubles dt = aim.dt_m[a] * aim.scale;
     const Doubles count = ToDoubles(aim.count[a]);
     const Doubles end = t0 + (count - 1) * dt;
-    last = Greater(count > 0 ? end : last, last);
-    next = Lesser(end + dt, next);
-    slack = dt > 16 ? slack : kZero + kTicks;
+    timing.last = Greater(count > 0 ? end : timing.last, timing.last);
+    timing.next = Lesser(end + dt, timing.next);
+    timing.slack = dt > 16 ? timing.slack : kZero + kTicks;
     const Counts first = ToCounts(Lesser(t0, kZero + kFar) + 0.5);
     Store(first, r->first[a] + from);
     Store(first, r->t[a] + from);
     Store(ToCounts(Greater(Lesser(dt, kZero + kFar) + 0.5, kZero + 1)), r->dt[a] + from);
-    Store(aim.up[a] ? kNone + o.stride[a] : kNone - o.stride[a], r->stride[a] + from);
+    Store(aim.up[a] ? kNone + stride[a] : kNone - stride[a], r->stride[a] + from);
   }
+  return timing;
+}
+
+/// Where the rays end; what cannot be told for sure gets no steps.
+inline void StoreEnds(const Masks& goes, const Doubles& steps, const Doubles& horizon,
+                      const Doubles& slack, int index, int from, Rays* r) {
+  constexpr Doubles kZero = {};
+  Store(ToCounts(goes ? steps : kZero - 1), r->steps + from);
+  Store(ToCounts(goes ? horizon : kZero - 1), r->horizon + from);
+  Store(ToCounts(Lesser(slack, kZero + 1e6)), r->slack + from);
+  Store(Counts{} + index, r->index + from);
+}
+
+inline void Schedule(const Origin& o, const Doubles& bound_m, const Aim& aim, int from, Rays* r) {
+  constexpr Doubles kZero = {};
+  const Timing t = StoreCrossings(o.stride, aim, from, r);
   const Masks bounded = ToMasks(aim.bounded);
   const Doubles end = bounded ? bound_m * aim.scale : kZero + kTicks;
-  const Masks apart = next - last > 2 * slack + 2;
-  const Masks by_itself = (last < end - slack) & (next > end + slack);
-  const Masks at_bound = (last < end + slack) & (end < kTicks * (1 + 1e-9));
-  const Masks goes =
-      apart & ((bounded & at_bound) | (~bounded & by_itself)) & (n > 0) & ToMasks(aim.starts);
-  Store(ToCounts(goes ? n - 1 : kZero - 1), r->steps + from);
+  const Masks apart = t.next - t.last > 2 * t.slack + 2;
+  const Masks by_itself = (t.last < end - t.slack) & (t.next > end + t.slack);
+  const Masks at_bound = (t.last < end + t.slack) & (end < kTicks * (1 + 1e-9));
+  const Masks goes = apart & ((bounded & at_bound) | (~bounded & by_itself)) & (t.crossings > 0) &
+                     ToMasks(aim.starts);
   // Well before the last crossing: what lies between is as good as a tie with it.
-  Store(ToCounts(goes ? last - 3 * slack - 1 : kZero - 1), r->horizon + from);
-  Store(ToCounts(Lesser(slack, kZero + 1e6)), r->slack + from);
-  Store(kNone + o.index, r->index + from);
+  StoreEnds(goes, t.crossings - 1, t.last - 3 * t.slack - 1, t.slack, o.index, from, r);
 }
 
 /// Far outside of every box for a coordinate that is beyond the keys by much, or no number.

@@ -6,7 +6,8 @@ namespace pipewright::fan::PIPEWRIGHT_FAN_ISA {
 namespace {
 
 /// Steps kWidth rays until all have ended. Every step calls visit(index, going, &horizon): a lane
-/// whose horizon it makes -1 goes no further.
+/// whose horizon it makes -1 goes no further. If the visit wants no tie, a lane ends, unseen, where
+/// it cannot be told which of two voxels comes first.
 template <typename Visit>
 inline void Follow(Rays* r, int from, Visit* visit) {
   Ints tx, ty, tz, dx, dy, dz, sx, sy, sz, slack, horizon, index;
@@ -25,7 +26,7 @@ inline void Follow(Rays* r, int from, Visit* visit) {
   Ints looked = {};
   for (;;) {
     const Ints nearest = Smaller(Smaller(tx, ty), tz);
-    const Ints going = nearest <= horizon;
+    Ints going = nearest <= horizon;
     if (LanesOf(going) == 0) {
       break;
     }
@@ -39,6 +40,11 @@ inline void Follow(Rays* r, int from, Visit* visit) {
     ty += dy & y;
     tz += dz & z;
     index += (sx & x) + (sy & y) + (sz & z);
+    if constexpr (Visit::kTiesEnd) {
+      const Ints tied = going & (x + y + z != -1);
+      horizon |= tied;
+      going &= ~tied;
+    }
     looked -= going;
     visit->See(index, going, &horizon);
   }
@@ -50,6 +56,7 @@ inline void Follow(Rays* r, int from, Visit* visit) {
 }
 
 struct MarkVisit {
+  static constexpr bool kTiesEnd = false;
   std::uint32_t* bits;
 
   void See(const Ints& index, const Ints& going, Ints*) {
@@ -62,8 +69,16 @@ struct MarkVisit {
   }
 };
 
+/// Two bits of each voxel.
+inline Ints CodesAt(const std::uint32_t* codes, const Ints& index) {
+  typedef std::uint32_t Words32 __attribute__((vector_size(sizeof(Ints))));
+  const Ints word = Words(codes, index >> 4);
+  return (Ints)((Words32)word >> (Words32)((index & 15) << 1)) & 3;
+}
+
 /// What a ray sees in two bits a voxel.
 struct LookVisit {
+  static constexpr bool kTiesEnd = false;
   const std::uint32_t* codes;
   bool unknown_ends;
   Ints unknown = {};
@@ -71,9 +86,7 @@ struct LookVisit {
   Ints ended = {};
 
   void See(const Ints& index, const Ints& going, Ints* horizon) {
-    typedef std::uint32_t Words32 __attribute__((vector_size(sizeof(Ints))));
-    const Ints word = Words(codes, index >> 4);
-    const Ints code = (Ints)((Words32)word >> (Words32)((index & 15) << 1)) & 3;
+    const Ints code = CodesAt(codes, index);
     const Ints not_known = (code < 2) & going;
     const Ints hit = (code == 3) & going;
     unknown -= not_known;

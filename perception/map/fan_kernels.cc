@@ -14,6 +14,10 @@ int Trace(const Origin& o, const float* ends_W, int n, const std::uint32_t* code
           int* redo);
 int Cast(const Origin& o, const float* directions_W, int n, double sure_m, bool unknown_ends,
          const std::uint32_t* codes, End* ends, int* redo);
+int Gather(const CellOrigin& o, const double* directions, int n, double length, Search* search,
+           int* redo);
+int FindBlocked(const CellOrigin& o, const double* directions, int n, double length,
+                const std::uint32_t* codes, std::uint8_t* blocked, int* redo);
 }  // namespace avx2
 #else
 namespace avx2 = baseline;
@@ -60,6 +64,17 @@ int Cast(const Origin& o, const float* directions_W, int n, double sure_m, bool 
          const std::uint32_t* codes, End* ends, int* redo) {
   return (use_avx2 ? avx2::Cast : baseline::Cast)(o, directions_W, n, sure_m, unknown_ends, codes,
                                                   ends, redo);
+}
+
+int Gather(const CellOrigin& o, const double* directions, int n, double length, Search* search,
+           int* redo) {
+  return (use_avx2 ? avx2::Gather : baseline::Gather)(o, directions, n, length, search, redo);
+}
+
+int FindBlocked(const CellOrigin& o, const double* directions, int n, double length,
+                const std::uint32_t* codes, std::uint8_t* blocked, int* redo) {
+  return (use_avx2 ? avx2::FindBlocked : baseline::FindBlocked)(o, directions, n, length, codes,
+                                                                blocked, redo);
 }
 
 }  // namespace pipewright::fan

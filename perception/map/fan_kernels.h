@@ -59,6 +59,35 @@ int Trace(const Origin& o, const float* ends_W, int n, const std::uint32_t* code
 int Cast(const Origin& o, const float* directions_W, int n, double sure_m, bool unknown_ends,
          const std::uint32_t* codes, End* ends, int* redo);
 
+/// What rays of one origin share that are given in double and in cells: of a planner, not
+/// OctoMap's.
+struct CellOrigin {
+  double to_border[2][3];  ///< cells to the borders of the origin's own, downwards [0], upwards [1]
+  int to_wall[2][3];       ///< cells between the origin's and the last that counts, likewise
+  int stride[3];           ///< of the flat index
+  int index;               ///< flat index of the origin's cell
+};
+
+/// What rays look for, and what they found.
+struct Search {
+  const std::uint32_t* codes;  ///< two bits a cell: 0 wanted, 1 wanted and an end, 2 none, 3 an end
+  std::uint32_t* marks;        ///< a bit a cell: has been found
+  std::int32_t* found;         ///< flat indices of cells that had no mark, one each; room for all
+  int found_count = 0;
+  int wanted = 0;  ///< wanted cells passed, as often as they are
+};
+
+/// Follows the rays {origin + t d, 0 <= t <= length}, in cells: from the origin's cell to the one
+/// where a ray ends by its length, by the code (that cell included) or at the wall, by the order of
+/// its crossings in double. @returns how many were not done for sure; their numbers are in redo[],
+/// which has room for n + 1. They are not in `wanted`; what they marked is right, but not all.
+int Gather(const CellOrigin& o, const double* directions, int n, double length, Search* search,
+           int* redo);
+
+/// Whether each of those rays meets a cell of code 3. @returns how many cannot be told, as Gather.
+int FindBlocked(const CellOrigin& o, const double* directions, int n, double length,
+                const std::uint32_t* codes, std::uint8_t* blocked, int* redo);
+
 /// For tests, while no other thread is here: leaves AVX2 be, or takes it up again where there is
 /// any.
 /// @returns whether it is used now

@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: MIT
 // The body of fan_kernels.h for one instruction set: PIPEWRIGHT_FAN_ISA names its namespace. Only
 // for fan_kernels.cc and fan_kernels_avx2.cc.
-#include "perception/map/fan_follow_inl.h"
+#include "perception/map/fan_search_inl.h"
 
 namespace pipewright::fan::PIPEWRIGHT_FAN_ISA {
 namespace {
 
 /// The first n of 8 triples; what is missing lies at the origin.
-inline const float* Eight(const float* triples, int n, const float* fill, float* room) {
+template <typename Number>
+const Number* Eight(const Number* triples, int n, const Number* fill, Number* room) {
   if (n >= kLanes) {
     return triples;
   }
@@ -106,10 +107,73 @@ int Cast(const Origin& o, const float* directions_W, int n, double sure_m, bool 
   return unsure;
 }
 
+int Gather(const CellOrigin& o, const double* directions, int n, double length, Search* search,
+           int* redo) {
+  const unsigned code = (search->codes[o.index >> 4] >> ((o.index & 15) * 2)) & 3U;
+  const int here = code < 2 ? 1 : 0;
+  if (here != 0) {
+    SearchVisit::Take(o.index, search);
+  }
+  if ((code & 1U) != 0) {
+    search->wanted += here * n;
+    return 0;
+  }
+  int unsure = 0;
+  double room[3 * kLanes];
+  const double nowhere[3] = {0, 0, 0};
+  Rays rays;
+  alignas(32) std::int32_t wanted[kLanes];
+  alignas(32) std::int32_t ended[kLanes];
+  for (int i = 0; i < n; i += kLanes) {
+    const double* const eight = Eight(directions + 3 * i, n - i, nowhere, room);
+    for (int from = 0; from < kLanes; from += kHalf) {
+      AimInCells(o, eight + 3 * from, length, from, &rays);
+    }
+    for (int from = 0; from < kLanes; from += kWidth) {
+      SearchVisit visit{search};
+      Follow(&rays, from, &visit);
+      Store(visit.wanted, wanted + from);
+      Store(visit.ended, ended + from);
+    }
+    for (int l = 0; l < kLanes && i + l < n; ++l) {
+      const bool sure = rays.steps[l] >= 0 && (ended[l] != 0 || rays.looked[l] == rays.steps[l]);
+      search->wanted += sure ? here + wanted[l] : 0;
+      redo[unsure] = i + l;
+      unsure += sure ? 0 : 1;
+    }
+  }
+  return unsure;
+}
+
+int FindBlocked(const CellOrigin& o, const double* directions, int n, double length,
+                const std::uint32_t* codes, std::uint8_t* blocked, int* redo) {
+  const bool in_surface = ((codes[o.index >> 4] >> ((o.index & 15) * 2)) & 3U) == 3;
+  int unsure = 0;
+  double room[3 * kLanes];
+  const double nowhere[3] = {0, 0, 0};
+  Rays rays;
+  Sights sights;
+  for (int i = 0; i < n; i += kLanes) {
+    const double* const eight = Eight(directions + 3 * i, n - i, nowhere, room);
+    for (int from = 0; from < kLanes; from += kHalf) {
+      AimInCells(o, eight + 3 * from, length, from, &rays);
+    }
+    Look(codes, false, &rays, &sights);
+    for (int l = 0; l < kLanes && i + l < n; ++l) {
+      blocked[i + l] = in_surface || sights.surface[l] != 0 ? 1 : 0;
+      redo[unsure] = i + l;
+      unsure += in_surface || sights.sure[l] != 0 ? 0 : 1;
+    }
+  }
+  return unsure;
+}
+
 void Cells(const Origin& o, const float* points_W, int n, std::int32_t* hit_index) {
+  constexpr int kAhead = 1024;  // floats, a page: where the machine's own foresight ends
   const CellFinder finder(o);
   int i = 0;
   for (; i + kHalf <= n; i += kHalf) {
+    __builtin_prefetch(points_W + 3 * i + kAhead);
     Store(finder.Find(points_W + 3 * i), hit_index + i);
   }
   float room[3 * kLanes];

@@ -3,16 +3,11 @@
 
 #include <algorithm>
 #include <cassert>
+#include <numeric>
 #include <type_traits>
-
-#include "perception/map/ray_walk.h"
 
 namespace pipewright {
 namespace {
-
-constexpr double kEntropyUnit = 1.0 / (std::int64_t{1} << 40);  // nats; sums of these are exact
-constexpr int kEntropyIntervals = 4096;
-constexpr double kLn2 = 0.69314718055994530942;
 
 StoredLogOdds Stored(float log_odds) {
   if constexpr (std::is_integral_v<StoredLogOdds>) {
@@ -26,22 +21,12 @@ StoredLogOdds LogOddsOf(double probability) {
   return Stored(static_cast<float>(std::log(probability / (1 - probability))));
 }
 
-double EntropyOf(double log_odds) {
-  const double p = 1 - 1 / (1 + std::exp(log_odds));
-  return -p * std::log(p) - (1 - p) * std::log(1 - p);
-}
-
 int CellOf(double coordinate, double width_inv) {
   constexpr double kFar = 1 << 24;  // beyond every box; also what NaN becomes
   const double cell = std::floor(coordinate * width_inv);
   return static_cast<int>(cell > -kFar ? std::min(cell, kFar) : -kFar);
 }
 
-double SquaredDistanceToBox(const Vector3d& p, const Vector3d& center, double half_width) {
-  return ((p - center).cwiseAbs().array() - half_width).max(0.0).matrix().squaredNorm();
-}
-
-constexpr unsigned kSweptCode = 1;
 constexpr float kSolidHits = 1.5F;  // more than one hit above what misses took away
 
 }  // namespace
@@ -71,16 +56,16 @@ VoxelGrid::VoxelGrid(const MapConfig& config)
   assert(Valid(config));
   const auto voxels = static_cast<std::size_t>(voxel_count());
   top_.assign(static_cast<std::size_t>(BricksOfBox(config)), -1);
+  block_revisions_.resize(top_.size());
   bricks_.resize(static_cast<std::size_t>(std::min(config.brick_capacity, BricksOfBox(config))));
+  free_bricks_.resize(bricks_.size());
+  std::iota(free_bricks_.rbegin(), free_bricks_.rend(), 0);
+  bricks_free_ = static_cast<int>(bricks_.size());
   codes_.resize(voxels / 16 + 2);  // a row's bits are read four bytes at a time
   flags_.resize(voxels / 64 + 1);
   solid_.resize(voxels / 64 + 1);
   ends_.resize(std::min(voxels, static_cast<std::size_t>(kDiscretizedEnds)));
-  entropy_table_.resize(kEntropyIntervals + 2);
-  for (int i = 0; i < kEntropyIntervals + 2; ++i) {
-    const double log_odds = min_ + (static_cast<double>(max_) - min_) * i / kEntropyIntervals;
-    entropy_table_[i] = std::llround(EntropyOf(log_odds * kLogOddsUnit) / kEntropyUnit);
-  }
+  TabulateEntropy();
   const VoxelIndex& lo = config.workspace_lo;
   const VoxelIndex& hi = config.workspace_hi;
   counts_.total = VoxelsAlong(lo.x, hi.x) * VoxelsAlong(lo.y, hi.y) * VoxelsAlong(lo.z, hi.z);
@@ -136,23 +121,27 @@ int VoxelGrid::BrickOf(const VoxelIndex& v) const {
              (((v.y >> 3) - (config_.lo.y >> 3)) + bricks_y_ * ((v.z >> 3) - (config_.lo.z >> 3)));
 }
 
+VoxelBox VoxelGrid::BlockBox(int block) const {
+  const int row = block / bricks_x_;
+  const int layer = row / bricks_y_;
+  const VoxelIndex lo{((config_.lo.x >> 3) + block - row * bricks_x_) * 8,
+                      ((config_.lo.y >> 3) + row - layer * bricks_y_) * 8,
+                      ((config_.lo.z >> 3) + layer) * 8};
+  return {
+      {std::max(lo.x, config_.lo.x), std::max(lo.y, config_.lo.y), std::max(lo.z, config_.lo.z)},
+      {std::min(lo.x + 7, config_.hi.x), std::min(lo.y + 7, config_.hi.y),
+       std::min(lo.z + 7, config_.hi.z)}};
+}
+
 StoredLogOdds* VoxelGrid::LogOddsSlot(const VoxelIndex& v) {
   std::int32_t& brick = top_[BrickOf(v)];
   if (brick < 0) {
-    if (bricks_used_ == static_cast<int>(bricks_.size())) {
+    if (bricks_free_ == 0) {
       return nullptr;
     }
-    brick = bricks_used_++;
+    brick = free_bricks_[--bricks_free_];
   }
   return &bricks_[brick].log_odds[CellInBrick(v)];
-}
-
-std::int64_t VoxelGrid::EntropyUnits(StoredLogOdds log_odds) const {
-  const double u = (static_cast<double>(log_odds) - min_) / (static_cast<double>(max_) - min_) *
-                   kEntropyIntervals;
-  const int i = static_cast<int>(u);
-  const auto step = static_cast<double>(entropy_table_[i + 1] - entropy_table_[i]);
-  return entropy_table_[i] + static_cast<std::int64_t>(step * (u - i));
 }
 
 bool VoxelGrid::Restore(const VoxelIndex& v, float log_odds) {
@@ -185,7 +174,7 @@ void VoxelGrid::Become(int index, const VoxelIndex& v, bool occupied) {
   if ((from & kKnown) == 0) {
     SetFlag(index, false);  // it was "residual"
   }
-  ++revision_;
+  Touch(v);
 }
 
 void VoxelGrid::CountChange(unsigned from, unsigned to, bool flag) {
@@ -201,130 +190,13 @@ void VoxelGrid::CountChange(unsigned from, unsigned to, bool flag) {
   counts_.covered += to == kOccupiedCode && (from & kKnown) != 0 && flag ? 1 : 0;
 }
 
-void VoxelGrid::MarkSweptSphere(const Vector3d& center_W, double radius_m) {
-  const Vector3d reach = Vector3d::Constant(radius_m);
-  const VoxelIndex lo = VoxelOf(center_W - reach);
-  const VoxelIndex hi = VoxelOf(center_W + reach);
-  for (int z = std::max(lo.z, config_.lo.z); z <= std::min(hi.z, config_.hi.z); ++z) {
-    for (int y = std::max(lo.y, config_.lo.y); y <= std::min(hi.y, config_.hi.y); ++y) {
-      for (int x = std::max(lo.x, config_.lo.x); x <= std::min(hi.x, config_.hi.x); ++x) {
-        const int index = IndexOf({x, y, z});
-        if (Code(index) == 0 && SquaredDistanceToBox(center_W, Center({x, y, z}),
-                                                     config_.width_m / 2) <= radius_m * radius_m) {
-          SetCode(index, kSweptCode);
-          ++revision_;
-        }
-      }
-    }
-  }
-}
-
-int VoxelGrid::MarkCovered(const Vector3d& p_WP, double radius_m) {
-  const Vector3d reach = Vector3d::Constant(radius_m);
-  const VoxelIndex lo = VoxelOf(p_WP - reach);
-  const VoxelIndex hi = VoxelOf(p_WP + reach);
-  const VoxelIndex& w_lo = config_.workspace_lo;
-  const VoxelIndex& w_hi = config_.workspace_hi;
-  int covered = 0;
-  for (int z = std::max(lo.z, w_lo.z); z <= std::min(hi.z, w_hi.z); ++z) {
-    for (int y = std::max(lo.y, w_lo.y); y <= std::min(hi.y, w_hi.y); ++y) {
-      for (int x = std::max(lo.x, w_lo.x); x <= std::min(hi.x, w_hi.x); ++x) {
-        const int index = IndexOf({x, y, z});
-        if (KnownAt(index) && !Flag(index) && Sees(p_WP, radius_m, {x, y, z})) {
-          SetFlag(index, true);
-          covered += OccupiedAt(index) ? 1 : 0;
-        }
-      }
-    }
-  }
-  counts_.covered += covered;
-  return covered;
-}
-
-// Whether v's centre is within the radius of P, and its centre or the middle of a face that is
-// turned to P can be seen from there.
-bool VoxelGrid::Sees(const Vector3d& p_WP, double radius_m, const VoxelIndex& v) const {
-  const Vector3d center = Center(v);
-  const Vector3d way = p_WP - center;
-  if (!(way.squaredNorm() <= radius_m * radius_m)) {
-    return false;
-  }
-  if (Sees(p_WP, center, v)) {
-    return true;
-  }
-  const double to_face_m = 0.499 * config_.width_m;  // just inside: the walk ends in v
-  for (int axis = 0; axis < 3; ++axis) {
-    if (std::abs(way(axis)) > config_.width_m / 2) {
-      Vector3d face = center;
-      face(axis) += way(axis) > 0 ? to_face_m : -to_face_m;
-      if (Sees(p_WP, face, v)) {
-        return true;
-      }
-    }
-  }
-  return false;
-}
-
-// Whether nothing lies before v on the segment from P to the point Q in v: no occupied voxel, and
-// for a free v, which could be anything behind what is not known, no unknown one either.
-bool VoxelGrid::Sees(const Vector3d& p_WP, const Vector3d& p_WQ, const VoxelIndex& v) const {
-  const bool through_unknown = OccupiedAt(IndexOf(v));
-  for (RayWalk ray(*this, p_WP.cast<float>(), p_WQ.cast<float>()); ray.Next();) {
-    if (!ray.inside()) {
-      continue;
-    }
-    if (ray.voxel() == v) {
-      return true;
-    }
-    if (OccupiedAt(ray.index()) || (!through_unknown && Code(ray.index()) == 0)) {
-      return false;
-    }
-  }
-  return true;
-}
-
-void VoxelGrid::SetResidual(const VoxelIndex& v, bool residual) {
-  if (!InBox(v) || KnownAt(IndexOf(v)) || Flag(IndexOf(v)) == residual) {
-    return;
-  }
-  SetFlag(IndexOf(v), residual);
-  if (InWorkspace(v)) {
-    counts_.residual += residual ? 1 : -1;
-    counts_.unknown -= residual ? 1 : -1;
-  }
-}
-
-double VoxelGrid::visual_entropy() const {
-  const VoxelIndex& lo = config_.workspace_lo;
-  const VoxelIndex& hi = config_.workspace_hi;
-  std::int64_t units = 0;  // of the known voxels of W, in 2^-40 nats
-  for (int z = lo.z; z <= hi.z; ++z) {
-    for (int y = lo.y; y <= hi.y; ++y) {
-      for (int x = lo.x; x <= hi.x;) {
-        const int end = std::min(hi.x, x | 7) + 1;
-        const int brick = top_[BrickOf({x, y, z})];
-        for (int index = IndexOf({x, y, z}); brick >= 0 && x < end; ++x, ++index) {
-          units +=
-              KnownAt(index) ? EntropyUnits(bricks_[brick].log_odds[CellInBrick({x, y, z})]) : 0;
-        }
-        x = end;
-      }
-    }
-  }
-  const int not_known = counts_.unknown + counts_.residual;
-  return (not_known * kLn2 + static_cast<double>(units) * kEntropyUnit) / counts_.total;
-}
-
-double VoxelGrid::coverage_entropy() const {
-  return (counts_.occupied - counts_.covered) * kLn2 / counts_.total;
-}
-
 std::int64_t VoxelGrid::MemoryBytes() const {
   const auto bytes = [](const auto& v) {
     return static_cast<std::int64_t>(v.capacity() * sizeof(v[0]));
   };
-  return bytes(top_) + bytes(bricks_) + bytes(codes_) + bytes(flags_) + bytes(solid_) +
-         window_.MemoryBytes() + bytes(ends_) + bytes(entropy_table_);
+  return bytes(top_) + bytes(block_revisions_) + bytes(bricks_) + bytes(free_bricks_) +
+         bytes(codes_) + bytes(flags_) + bytes(solid_) + window_.MemoryBytes() + bytes(ends_) +
+         bytes(entropy_table_);
 }
 
 }  // namespace pipewright

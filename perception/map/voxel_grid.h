@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <cassert>
 #include <cmath>
 #include <cstdint>
 #include <vector>
 
+#include "perception/map/brick_voxels.h"
 #include "perception/map/scan_window.h"
 #include "perception/map/voxel_index.h"
 
@@ -134,6 +136,17 @@ class VoxelGrid {
   void TraceSegments(const Vector3f& origin_W, const Vector3f* ends_W, int count,
                      SegmentTrace* traces) const;
 
+  /// Moves the box, and W with it, by whole bricks; config() is then of where it is. What stays in
+  /// it keeps all that is known; voxels that enter are unknown; a brick that leaves is first handed
+  /// to leave(const BrickVoxels&), to be written out, and is free again. Should it come back,
+  /// Restore() takes its voxels, as known and with the log-odds they had; what was swept, probed or
+  /// solid is forgotten. For a box of WholeBricks. O(voxels) bits are moved; no heap.
+  template <typename Leave>
+  void Move(const VoxelIndex& bricks, Leave leave);
+  /// The move that brings the box's middle nearest to P, to follow a robot; within OctoMap's keys.
+  /// None for what is not finite.
+  VoxelIndex BricksTo(const Vector3d& p_W) const;
+
   const MapConfig& config() const { return config_; }
   VoxelIndex VoxelOf(const Vector3d& p_W) const;
   Vector3d Center(const VoxelIndex& v) const;
@@ -160,7 +173,12 @@ class VoxelGrid {
 
   /// Changes whenever a voxel's State, Swept or Obstacle does.
   std::uint64_t revision() const { return revision_; }
-  int bricks_used() const { return bricks_used_; }
+  /// The box in blocks of 8x8x8 voxels, whether or not there is a brick: how many, the voxels of
+  /// one that are in the box, and what revision() was when one of them last changed.
+  int block_count() const { return static_cast<int>(block_revisions_.size()); }
+  VoxelBox BlockBox(int block) const;
+  std::uint64_t BlockRevision(int block) const { return block_revisions_[block]; }
+  int bricks_used() const { return static_cast<int>(bricks_.size()) - bricks_free_; }
   /// Voxel updates that a full pool has refused so far.
   std::int64_t updates_refused() const { return updates_refused_; }
 
@@ -178,6 +196,7 @@ class VoxelGrid {
   friend class RayWalk;
 
   // A voxel's two state bits: 0 unknown, 1 unknown and swept, 2 free, 3 occupied.
+  static constexpr unsigned kSweptCode = 1;
   static constexpr unsigned kKnown = 2;
   static constexpr unsigned kOccupiedCode = 3;
 
@@ -207,6 +226,7 @@ class VoxelGrid {
   static int CellInBrick(const VoxelIndex& v) {
     return (v.x & 7) | ((v.y & 7) << 3) | ((v.z & 7) << 6);
   }
+  void Touch(const VoxelIndex& v) { block_revisions_[BrickOf(v)] = ++revision_; }
   StoredLogOdds* LogOddsSlot(const VoxelIndex& v);
   bool Sees(const Vector3d& p_WP, double radius_m, const VoxelIndex& v) const;
   bool Sees(const Vector3d& p_WP, const Vector3d& p_WQ, const VoxelIndex& v) const;
@@ -218,6 +238,11 @@ class VoxelGrid {
       solid_[index >> 6] |= std::uint64_t{1} << (index & 63);
     }
   }
+  BrickVoxels VoxelsOf(int block) const;
+  void Release(int block);
+  void Shift(const VoxelIndex& bricks);
+  void Recount();
+  void TabulateEntropy();
   std::int64_t EntropyUnits(StoredLogOdds log_odds) const;
 
   MapConfig config_;
@@ -232,18 +257,34 @@ class VoxelGrid {
   StoredLogOdds solid_from_ = 0;
   int bricks_x_ = 0;
   int bricks_y_ = 0;
-  int bricks_used_ = 0;
+  int bricks_free_ = 0;
   std::int64_t updates_refused_ = 0;
   std::uint64_t revision_ = 1;
   MapCounts counts_;
   std::vector<std::int32_t> top_;  // brick of each 8x8x8 block of the box, -1: none
+  std::vector<std::uint64_t> block_revisions_;
   std::vector<Brick> bricks_;
-  std::vector<std::uint32_t> codes_;  // two bits a voxel
-  std::vector<std::uint64_t> flags_;  // probed when known, residual when unknown
-  std::vector<std::uint64_t> solid_;  // was hit often enough to be an obstacle for good
-  ScanWindow window_;                 // scratch of a scan: what it hits and passes
-  std::vector<std::int32_t> ends_;    // scratch of a discretised scan: points, one a voxel
+  std::vector<std::int32_t> free_bricks_;  // the first bricks_free_; the last of them goes next
+  std::vector<std::uint32_t> codes_;       // two bits a voxel
+  std::vector<std::uint64_t> flags_;       // probed when known, residual when unknown
+  std::vector<std::uint64_t> solid_;       // was hit often enough to be an obstacle for good
+  ScanWindow window_;                      // scratch of a scan: what it hits and passes
+  std::vector<std::int32_t> ends_;         // scratch of a discretised scan: points, one a voxel
   std::vector<std::int64_t> entropy_table_;
 };
+
+template <typename Leave>
+void VoxelGrid::Move(const VoxelIndex& bricks, Leave leave) {
+  assert(WholeBricks(config_));
+  const VoxelIndex by{8 * bricks.x, 8 * bricks.y, 8 * bricks.z};
+  for (int block = 0; block < block_count(); ++block) {
+    const VoxelIndex lo = BlockBox(block).lo;
+    if (top_[block] >= 0 && !InBox({lo.x - by.x, lo.y - by.y, lo.z - by.z})) {
+      leave(VoxelsOf(block));
+      Release(block);
+    }
+  }
+  Shift(bricks);
+}
 
 }  // namespace pipewright

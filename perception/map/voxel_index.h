@@ -54,6 +54,12 @@ constexpr int BricksOfBox(const MapConfig& c) {
          ((c.hi.z >> 3) - (c.lo.z >> 3) + 1);
 }
 
+/// Whether the stored box ends with bricks: then it can move.
+constexpr bool WholeBricks(const MapConfig& c) {
+  return (c.lo.x & 7) == 0 && (c.lo.y & 7) == 0 && (c.lo.z & 7) == 0 &&  //
+         (c.hi.x & 7) == 7 && (c.hi.y & 7) == 7 && (c.hi.z & 7) == 7;
+}
+
 constexpr bool Valid(const MapConfig& c) {
   constexpr int kReach = 1 << 15;  // OctoMap's 16-bit keys
   constexpr double kVoxelsMax = 1 << 27;

@@ -19,11 +19,15 @@ GainEvaluator::Cells::Cells(const MapConfig& config)
       nz(config.hi.z - config.lo.z + 3),
       workspace_voxels(Count(config.workspace_lo, config.workspace_hi)),
       flags(static_cast<std::size_t>(nx * ny * nz), kBorder),
-      stamps(flags.size(), 0),
+      marks(flags.size() / 32 + 1, 0),
+      taken(flags.size()),
       probe_stamps(flags.size(), 0),
       workspace_index(flags.size(), -1) {
   const VoxelIndex& lo = map.workspace_lo;
   const VoxelIndex& hi = map.workspace_hi;
+  for (std::vector<std::uint32_t>& plane : planes) {
+    plane.resize(flags.size() / 16 + 1);
+  }
   int next = 0;
   for (int z = lo.z; z <= hi.z; ++z) {
     for (int y = lo.y; y <= hi.y; ++y) {
@@ -75,14 +79,6 @@ bool GainEvaluator::Cells::Seen(const Vector3d& origin, const VoxelIndex& v) con
     }
   }
   return false;
-}
-
-void GainEvaluator::Cells::NewStamp() {
-  if (++stamp == 0) {
-    std::fill(stamps.begin(), stamps.end(), 0U);
-    std::fill(probe_stamps.begin(), probe_stamps.end(), 0U);
-    stamp = 1;
-  }
 }
 
 }  // namespace pipewright

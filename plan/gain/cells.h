@@ -7,13 +7,16 @@
 #include <limits>
 #include <vector>
 
+#include "perception/map/fan_kernels.h"
 #include "perception/map/voxel_grid.h"
 #include "plan/gain/gain.h"
 
 namespace pipewright {
 
 /// The evaluator's dense copy of the map, one byte a voxel, with a border one cell wide, so that a
-/// walk needs no bounds check but the flag's.
+/// walk needs no bounds check but the flag's; and two bits a voxel for each thing that rays look
+/// for, which they walk side by side. The walk of one ray is what defines where it goes; it does
+/// the rays for which the other cannot be sure.
 struct GainEvaluator::Cells {
   enum Flag : std::uint8_t {
     kInWorkspace = 1,
@@ -57,15 +60,22 @@ struct GainEvaluator::Cells {
   bool Blocked(const Vector3d& origin, const Vector3d& direction, double length) const;
 
   /// Calls found(cell) for the cells with flag `wanted` that the ray passes, up to and with the
-  /// first surface, up to where it leaves W (which is convex: it does not come back).
+  /// first surface, up to where it leaves W (which is convex: it does not come back), for room up
+  /// to where it leaves the box.
   template <typename Found>
   void Search(const Vector3d& origin, const Vector3d& direction, double length, Flag wanted,
               Found found) const;
 
-  /// As Search(), each cell once between two NewStamp().
-  template <typename Found>
-  void SearchDistinct(const Vector3d& origin, const Vector3d& direction, double length, Flag wanted,
-                      Found found);
+  /// Fills `directions` with the rays, turned by X_WS. @returns how many
+  int Turn(const Isometry3d& X_WS, const RaySet& rays);
+
+  /// Search() of the first n `directions`. Each wanted cell once between two Forget() goes to the
+  /// end of `taken`. @returns how often wanted cells were passed, or how many went there
+  int Gather(const Vector3d& origin, int n, double length, Flag wanted, GainCount count);
+
+  /// Drops those of the first n `directions` that meet a surface before `length`. @returns how many
+  /// are left
+  int DropBlocked(const Vector3d& origin, int n, double length);
 
   /// Whether the probe sees the voxel from `origin` as VoxelGrid::MarkCovered has it: its centre or
   /// the middle of a face that is turned to the origin, with no occupied voxel on the way, and for
@@ -76,8 +86,17 @@ struct GainEvaluator::Cells {
   /// through_unknown, before an unknown cell.
   bool Meets(const Vector3d& origin, const Vector3d& way, int target, bool through_unknown) const;
 
-  /// A stamp that no cell bears.
-  void NewStamp();
+  /// Makes `taken` empty, takes its marks away and makes a stamp that no cell bears.
+  void Forget();
+
+  /// Takes a cell into `taken`, once.
+  void Take(int cell);
+
+  /// What the rays look for, as the codes of fan::Search, from the flags.
+  void LayPlanes();
+  std::vector<std::uint32_t>& PlaneOf(Flag wanted) {
+    return planes[wanted == kUnknown ? 0 : wanted == kUncovered ? 1 : 2];
+  }
 
   MapConfig map;
   int nx;
@@ -85,7 +104,10 @@ struct GainEvaluator::Cells {
   int nz;
   int workspace_voxels;
   std::vector<std::uint8_t> flags;
-  std::vector<std::uint32_t> stamps;
+  std::array<std::vector<std::uint32_t>, 3> planes;
+  std::vector<std::uint32_t> marks;  ///< a bit for each cell in `taken`
+  std::vector<std::int32_t> taken;   ///< cells, each once; the first taken_count
+  int taken_count = 0;
   std::vector<std::uint32_t> probe_stamps;    ///< of what the probe covers: a voxel may be both
   std::vector<std::int32_t> workspace_index;  ///< of a cell; -1 outside W
   std::uint32_t stamp = 0;
@@ -93,6 +115,10 @@ struct GainEvaluator::Cells {
   std::vector<VoxelIndex> frontier;
   std::vector<VoxelIndex> uncovered;
   std::span<const SurfacePatch> surface;
+  std::array<Vector3d, RaySet::kMaxRays> directions;  ///< scratch: rays of one origin
+
+ private:
+  fan::CellOrigin AimFrom(const Vector3d& origin, bool within_workspace) const;
 };
 
 template <typename Visit>
@@ -127,11 +153,12 @@ void GainEvaluator::Cells::Walk(const Vector3d& origin, const Vector3d& directio
 template <typename Found>
 void GainEvaluator::Cells::Search(const Vector3d& origin, const Vector3d& direction, double length,
                                   Flag wanted, Found found) const {
+  const bool within = wanted != kRoom;
   bool entered = false;
   Walk(origin, direction, length, [&](int cell) {
     const std::uint8_t here = flags[cell];
     const bool inside = (here & kInWorkspace) != 0;
-    if ((here & kBorder) != 0 || (entered && !inside)) {
+    if ((here & kBorder) != 0 || (within && entered && !inside)) {
       return false;
     }
     entered = inside;
@@ -139,17 +166,6 @@ void GainEvaluator::Cells::Search(const Vector3d& origin, const Vector3d& direct
       found(cell);
     }
     return (here & kOccupied) == 0;
-  });
-}
-
-template <typename Found>
-void GainEvaluator::Cells::SearchDistinct(const Vector3d& origin, const Vector3d& direction,
-                                          double length, Flag wanted, Found found) {
-  Search(origin, direction, length, wanted, [&](int cell) {
-    if (stamps[cell] != stamp) {
-      stamps[cell] = stamp;
-      found(cell);
-    }
   });
 }
 

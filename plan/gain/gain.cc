@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "plan/gain/gain.h"
 
+#include <algorithm>
 #include <cassert>
 #include <numbers>
 
@@ -60,6 +61,7 @@ void GainEvaluator::Update(const VoxelGrid& map, std::span<const std::uint8_t> i
     }
   }
   c.surface = {};
+  c.LayPlanes();
   CollectLists();
 }
 
@@ -114,29 +116,18 @@ std::span<const VoxelIndex> GainEvaluator::Frontier() const { return cells_->fro
 std::span<const VoxelIndex> GainEvaluator::Uncovered() const { return cells_->uncovered; }
 std::span<const VoxelIndex> GainEvaluator::Unknown() const { return cells_->unknown; }
 
-/// Calls found(cell) for every unknown voxel that `camera` passes at X_WS: once a ray, or once a
-/// stamp.
-template <typename Found>
-void GainEvaluator::SearchUnknown(const Isometry3d& X_WS, const RaySet& camera, GainCount count,
-                                  Found found) {
+/// How many unknown voxels `camera` passes at X_WS: once a ray, or once until they are forgotten.
+int GainEvaluator::CountUnknown(const Isometry3d& X_WS, const RaySet& camera, GainCount count) {
   Cells& c = *cells_;
   const Vector3d origin = c.InCells(X_WS.translation());
   if (!c.InBox(origin)) {
-    return;
+    return 0;
   }
-  const double range = config_.range_m / c.map.width_m;
-  const double range_min = config_.range_min_m / c.map.width_m;
-  for (const Vector3d& direction_S : camera.directions) {
-    const Vector3d direction = X_WS.linear() * direction_S;
-    if (range_min > 0 && c.Blocked(origin, direction, range_min)) {
-      continue;
-    }
-    if (count == GainCount::kDistinct) {
-      c.SearchDistinct(origin, direction, range, Cells::kUnknown, found);
-    } else {
-      c.Search(origin, direction, range, Cells::kUnknown, found);
-    }
+  int rays = c.Turn(X_WS, camera);
+  if (config_.range_min_m > 0) {
+    rays = c.DropBlocked(origin, rays, config_.range_min_m / c.map.width_m);
   }
+  return c.Gather(origin, rays, config_.range_m / c.map.width_m, Cells::kUnknown, count);
 }
 
 /// Calls found(cell) for every uncovered voxel within the probe's radius and in line of sight, once
@@ -171,23 +162,15 @@ void GainEvaluator::SearchUncovered(const Vector3d& p_WP, Found found) {
 ViewGain GainEvaluator::Evaluate(const Viewpoint& view, const RaySet& camera, const RaySet& probe,
                                  GainCount count) {
   Cells& c = *cells_;
-  int unknown = 0;
-  c.NewStamp();
-  SearchUnknown(view.X_WS, camera, count, [&](int) { ++unknown; });
-  int uncovered = 0;
+  c.Forget();
+  const int unknown = CountUnknown(view.X_WS, camera, count);
   const Vector3d origin = c.InCells(view.p_WP);
-  if (c.InBox(origin)) {
-    const double radius = config_.probe_radius_m / c.map.width_m;
-    const auto found = [&](int) { ++uncovered; };
-    for (const Vector3d& direction : probe.directions) {
-      if (count == GainCount::kDistinct) {
-        c.SearchDistinct(origin, direction, radius, Cells::kUncovered, found);
-      } else {
-        c.Search(origin, direction, radius, Cells::kUncovered, found);
-      }
-    }
+  if (!c.InBox(origin)) {
+    return GainOf(unknown, 0);
   }
-  return GainOf(unknown, uncovered);
+  const int rays = c.Turn(Isometry3d::Identity(), probe);
+  const double radius = config_.probe_radius_m / c.map.width_m;
+  return GainOf(unknown, c.Gather(origin, rays, radius, Cells::kUncovered, count));
 }
 
 ViewGain GainEvaluator::EvaluateExact(const Viewpoint& view, const RaySet& camera) {
@@ -195,7 +178,7 @@ ViewGain GainEvaluator::EvaluateExact(const Viewpoint& view, const RaySet& camer
   return NextOnWay(view, camera);
 }
 
-void GainEvaluator::BeginWay() { cells_->NewStamp(); }
+void GainEvaluator::BeginWay() { cells_->Forget(); }
 
 ViewGain GainEvaluator::NextOnWay(const Vector3d& p_WP) {
   int uncovered = 0;
@@ -204,9 +187,8 @@ ViewGain GainEvaluator::NextOnWay(const Vector3d& p_WP) {
 }
 
 ViewGain GainEvaluator::NextOnWay(const Viewpoint& view, const RaySet& camera) {
-  int unknown = 0;
+  const int unknown = CountUnknown(view.X_WS, camera, GainCount::kDistinct);
   int uncovered = 0;
-  SearchUnknown(view.X_WS, camera, GainCount::kDistinct, [&](int) { ++unknown; });
   SearchUncovered(view.p_WP, [&](int) { ++uncovered; });
   return GainOf(unknown, uncovered);
 }
@@ -217,19 +199,9 @@ int GainEvaluator::RoomCount(const Isometry3d& X_WS, const RaySet& camera, doubl
   if (!c.InBox(origin)) {
     return 0;
   }
-  c.NewStamp();
-  int room = 0;
-  for (const Vector3d& direction_S : camera.directions) {
-    c.Walk(origin, X_WS.linear() * direction_S, range_m / c.map.width_m, [&](int cell) {
-      const std::uint8_t here = c.flags[cell];
-      if ((here & Cells::kRoom) != 0 && c.stamps[cell] != c.stamp) {
-        c.stamps[cell] = c.stamp;
-        ++room;
-      }
-      return (here & (Cells::kOccupied | Cells::kBorder)) == 0;
-    });
-  }
-  return room;
+  c.Forget();
+  const int rays = c.Turn(X_WS, camera);
+  return c.Gather(origin, rays, range_m / c.map.width_m, Cells::kRoom, GainCount::kDistinct);
 }
 
 void GainEvaluator::EvaluateAll(std::span<const Viewpoint> views, const RaySet& camera,
@@ -253,7 +225,9 @@ void GainEvaluator::TallyOnWay(const Viewpoint& view, const RaySet& camera,
     std::uint8_t& count = tally[cells_->workspace_index[cell]];
     count = static_cast<std::uint8_t>(count + (count < 255 ? 1 : 0));
   };
-  SearchUnknown(view.X_WS, camera, GainCount::kDistinct, add);
+  const int before = cells_->taken_count;
+  CountUnknown(view.X_WS, camera, GainCount::kDistinct);
+  std::for_each(cells_->taken.begin() + before, cells_->taken.begin() + cells_->taken_count, add);
   SearchUncovered(view.p_WP, add);
 }
 
@@ -271,9 +245,10 @@ int GainEvaluator::workspace_voxels() const { return cells_->workspace_voxels; }
 
 std::size_t GainEvaluator::MemoryBytes() const {
   const Cells& c = *cells_;
-  const std::size_t per_cell =
-      sizeof(c.flags[0]) + 2 * sizeof(c.stamps[0]) + sizeof(c.workspace_index[0]);
-  return sizeof(Cells) + c.flags.size() * per_cell +
+  const std::size_t per_cell = sizeof(c.flags[0]) + sizeof(c.taken[0]) + sizeof(c.probe_stamps[0]) +
+                               sizeof(c.workspace_index[0]);
+  const std::size_t bits = c.planes.size() * c.planes[0].size() + c.marks.size();
+  return sizeof(Cells) + c.flags.size() * per_cell + bits * sizeof(c.marks[0]) +
          3 * static_cast<std::size_t>(c.workspace_voxels) * sizeof(VoxelIndex);
 }
 

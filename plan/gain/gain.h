@@ -161,8 +161,7 @@ class GainEvaluator {
   struct Cells;
 
   void CollectLists();
-  template <typename Found>
-  void SearchUnknown(const Isometry3d& X_WS, const RaySet& camera, GainCount count, Found found);
+  int CountUnknown(const Isometry3d& X_WS, const RaySet& camera, GainCount count);
   template <typename Found>
   void SearchUncovered(const Vector3d& p_WP, Found found);
 

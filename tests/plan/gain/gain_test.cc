@@ -10,10 +10,16 @@
 #include <vector>
 
 #include "perception/map/ray_walk.h"
-#include "tests/plan/gain/toy_map.h"
+#include "tests/plan/gain/gain_fixture.h"
 
 namespace pipewright {
 namespace {
+
+using test::Gain;
+using test::RandomDirection;
+using test::RandomPoint;
+using test::Uncovered;
+using test::Unknown;
 
 constexpr double kLn2 = std::numbers::ln2;
 
@@ -60,14 +66,6 @@ std::vector<VoxelIndex> Along(const VoxelGrid& map, const Vector3d& origin,
   return voxels;
 }
 
-bool Unknown(const VoxelGrid& map, const VoxelIndex& v) {
-  return map.InWorkspace(v) && map.State(v) == VoxelState::kUnknown && !map.Residual(v);
-}
-
-bool Uncovered(const VoxelGrid& map, const VoxelIndex& v) {
-  return map.InWorkspace(v) && map.State(v) == VoxelState::kOccupied && !map.Covered(v);
-}
-
 ViewGain BruteForce(const VoxelGrid& map, const GainConfig& config, const Viewpoint& view,
                     const RaySet& camera, const RaySet& probe, GainCount how) {
   std::set<int> seen;
@@ -90,27 +88,6 @@ ViewGain BruteForce(const VoxelGrid& map, const GainConfig& config, const Viewpo
   gain.coverage_nats = kLn2 * gain.uncovered_voxels;
   return gain;
 }
-
-Vector3d RandomPoint(const MapConfig& config, Rng& rng) {
-  const auto draw = [&](int lo, int hi) { return config.width_m * rng.Uniform(lo, hi + 1); };
-  const double x = draw(config.lo.x, config.hi.x);
-  const double y = draw(config.lo.y, config.hi.y);
-  return {x, y, draw(config.lo.z, config.hi.z)};
-}
-
-Vector3d RandomDirection(Rng& rng) {
-  const double x = rng.Normal();
-  const double y = rng.Normal();
-  return Vector3d(x, y, rng.Normal()).normalized();
-}
-
-class Gain : public testing::Test {
- protected:
-  MapConfig map_config_ = test::SmallMapConfig();
-  VoxelGrid map_{map_config_};
-  GainConfig config_{.range_m = 0.45, .probe_radius_m = 0.3, .rays = 60};
-  Rng rng_{7};
-};
 
 TEST_F(Gain, EqualsItsDefinitionOnRandomMapsInBothCounts) {
   for (const double occupied : {0.0, 0.03, 0.2}) {
@@ -271,139 +248,6 @@ TEST_F(Gain, ErratumSignMakesCoverageWorthSeeking) {
   const ViewGain gain = gains.EvaluateExact(view, RaySet{});
   EXPECT_DOUBLE_EQ(gain.coverage_nats, kLn2);
   EXPECT_DOUBLE_EQ(WeightedGain(config_, gain), 0.25 * kLn2);  // (23), beta 0.75
-}
-
-TEST_F(Gain, ListsHoldFrontierUncoveredAndUnknownVoxels) {
-  test::Scatter(map_, 0.1, 0.5, rng_);
-  map_.MarkCovered({0.25, 0.25, 0.2}, 0.2);
-  GainEvaluator gains(config_, map_config_);
-  gains.Update(map_);
-  std::vector<VoxelIndex> frontier;
-  std::vector<VoxelIndex> uncovered;
-  std::vector<VoxelIndex> unknown;
-  test::ForEachVoxel(map_config_.workspace_lo, map_config_.workspace_hi, [&](const VoxelIndex& v) {
-    const VoxelIndex beside[] = {{v.x - 1, v.y, v.z}, {v.x + 1, v.y, v.z}, {v.x, v.y - 1, v.z},
-                                 {v.x, v.y + 1, v.z}, {v.x, v.y, v.z - 1}, {v.x, v.y, v.z + 1}};
-    const bool by_free = std::any_of(std::begin(beside), std::end(beside), [&](const auto& n) {
-      return map_.State(n) == VoxelState::kFree;
-    });
-    if (Uncovered(map_, v)) {
-      uncovered.push_back(v);
-    }
-    if (Unknown(map_, v)) {
-      unknown.push_back(v);
-    }
-    if (Unknown(map_, v) && by_free) {
-      frontier.push_back(v);
-    }
-  });
-  EXPECT_TRUE(std::ranges::equal(gains.Frontier(), frontier));
-  EXPECT_TRUE(std::ranges::equal(gains.Uncovered(), uncovered));
-  EXPECT_TRUE(std::ranges::equal(gains.Unknown(), unknown));
-}
-
-TEST_F(Gain, IgnoredVoxelsNeitherCountNorAreListed) {
-  test::Scatter(map_, 0.1, 0.5, rng_);
-  GainEvaluator gains(config_, map_config_);
-  const std::vector<std::uint8_t> all(static_cast<std::size_t>(gains.workspace_voxels()), 1);
-  gains.Update(map_, all);
-  EXPECT_TRUE(gains.Frontier().empty());
-  EXPECT_TRUE(gains.Uncovered().empty());
-  const Viewpoint view = UprightViewpoint({0.25, 0.25, 0.2}, Vector3d::UnitX());
-  const ViewGain gain = gains.EvaluateExact(view, LatticeCameraRays(config_));
-  EXPECT_EQ(gain.unknown_voxels + gain.uncovered_voxels, 0);
-}
-
-TEST_F(Gain, TallyMarksExactlyWhatCounts) {
-  test::Scatter(map_, 0.05, 0.4, rng_);
-  GainEvaluator gains(config_, map_config_);
-  gains.Update(map_);
-  const RaySet camera = LatticeCameraRays(config_);
-  for (int i = 0; i < 20; ++i) {
-    const Viewpoint view = UprightViewpoint(RandomPoint(map_config_, rng_), RandomDirection(rng_));
-    std::vector<std::uint8_t> tally(static_cast<std::size_t>(gains.workspace_voxels()), 0);
-    gains.Tally(view, camera, tally);
-    const ViewGain gain = gains.EvaluateExact(view, camera);
-    EXPECT_EQ(std::count(tally.begin(), tally.end(), 1),
-              gain.unknown_voxels + gain.uncovered_voxels);
-    gains.Update(map_, tally);
-    const ViewGain after = gains.EvaluateExact(view, camera);
-    EXPECT_EQ(after.unknown_voxels + after.uncovered_voxels, 0);
-    gains.Update(map_);
-  }
-}
-
-TEST_F(Gain, TallyOnAWayMarksEachVoxelOnceThatTheWayGains) {
-  test::Scatter(map_, 0.05, 0.4, rng_);
-  GainEvaluator gains(config_, map_config_);
-  gains.Update(map_);
-  const RaySet camera = LatticeCameraRays(config_);
-  std::vector<Viewpoint> way;
-  for (int i = 0; i < 5; ++i) {
-    way.push_back(UprightViewpoint(RandomPoint(map_config_, rng_), RandomDirection(rng_)));
-  }
-  int gained = 0;
-  gains.BeginWay();
-  for (const Viewpoint& view : way) {
-    const ViewGain gain = gains.NextOnWay(view, camera);
-    gained += gain.unknown_voxels + gain.uncovered_voxels;
-  }
-  std::vector<std::uint8_t> tally(static_cast<std::size_t>(gains.workspace_voxels()), 0);
-  gains.BeginWay();
-  for (const Viewpoint& view : way) {
-    gains.TallyOnWay(view, camera, tally);
-  }
-  EXPECT_GT(gained, 0);
-  EXPECT_EQ(std::count(tally.begin(), tally.end(), 1), gained);
-  EXPECT_EQ(*std::max_element(tally.begin(), tally.end()), 1);
-}
-
-TEST(UprightViewpoint, LooksAlongItsAxisWithTheImageUpright) {
-  Rng rng(3);
-  for (int i = 0; i < 100; ++i) {
-    const Vector3d z_WS = RandomDirection(rng);
-    const Matrix3d R = UprightViewpoint({1, 2, 3}, z_WS).X_WS.linear();
-    EXPECT_NEAR((R * R.transpose() - Matrix3d::Identity()).norm(), 0, 1e-12);
-    EXPECT_NEAR(R.determinant(), 1, 1e-12);
-    EXPECT_EQ(R.col(2), z_WS);
-    EXPECT_NEAR(R(2, 0), 0, 1e-12);  // x_S is horizontal
-    EXPECT_LE(R(2, 1), 1e-12);       // y_S points down
-  }
-  for (const double up : {1.0, -1.0}) {
-    const Matrix3d R = UprightViewpoint({0, 0, 0}, {0, 0, up}).X_WS.linear();
-    EXPECT_EQ(R.col(0), Vector3d(0, -1, 0));
-    EXPECT_NEAR(R.determinant(), 1, 1e-12);
-  }
-}
-
-TEST(RaySets, LieWithinTheFieldOfViewAndFillIt) {
-  const GainConfig config;
-  Rng rng(5);
-  for (const RaySet& rays : {RandomCameraRays(config, rng), LatticeCameraRays(config)}) {
-    ASSERT_EQ(rays.directions.size(), config.rays);
-    double x_max = 0;
-    double y_max = 0;
-    for (const Vector3d& d : rays.directions) {
-      EXPECT_NEAR(d.norm(), 1, 1e-12);
-      x_max = std::max(x_max, std::abs(std::atan2(d.x(), d.z())));
-      y_max = std::max(y_max, std::abs(std::atan2(d.y(), d.z())));
-    }
-    EXPECT_LE(x_max, config.fov_x_rad / 2 + 1e-12);
-    EXPECT_LE(y_max, config.fov_y_rad / 2 + 1e-12);
-    EXPECT_GT(x_max, 0.9 * config.fov_x_rad / 2);
-    EXPECT_GT(y_max, 0.9 * config.fov_y_rad / 2);
-  }
-}
-
-TEST(RaySets, SphereRaysAreUnitVectorsWithoutAPreferredSide) {
-  const GainConfig config{.rays = 512};
-  Rng rng(6);
-  Vector3d sum = Vector3d::Zero();
-  for (const Vector3d& d : RandomSphereRays(config, rng).directions) {
-    EXPECT_NEAR(d.norm(), 1, 1e-12);
-    sum += d;
-  }
-  EXPECT_LT(sum.norm() / 512, 0.1);  // standard deviation of the mean: 1 / sqrt(512) = 0.044
 }
 
 }  // namespace
