@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: MIT
-#include "ctrl/robot_program/state_uncertainty.h"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
 #include <vector>
 
+#include "ctrl/robot_program/state_uncertainty.h"
 #include "platform/core/rng.h"
 
 namespace pipewright {
@@ -143,10 +142,10 @@ TEST(StateUncertainty, IsTheSpreadOfWhatTheWheelsSlippedSince) {
         const double step =
             std::hypot(held[k + 1].x_m - held[k].x_m, held[k + 1].y_m - held[k].y_m);
         const double turn = held[k + 1].phi_rad - held[k].phi_rad;
-        const double forward = step + config.slip_m * std::sqrt(step) * rng.Normal();
+        const double forward = step + config.slip.m * std::sqrt(step) * rng.Normal();
         const double turned =
-            turn + rng.Normal() * std::sqrt(std::pow(config.slip_rad_per_m, 2) * step +
-                                            std::pow(config.slip_rad_per_rad, 2) * std::abs(turn));
+            turn + rng.Normal() * std::sqrt(std::pow(config.slip.rad_per_m, 2) * step +
+                                            std::pow(config.slip.rad_per_rad, 2) * std::abs(turn));
         x += forward * std::cos(phi + turned / 2);
         y += forward * std::sin(phi + turned / 2);
         phi += turned;
