@@ -7,6 +7,12 @@
 #include "platform/robot/shapes.h"
 
 namespace pipewright {
+namespace {
+
+/// Variances of a pose that nothing holds to what was seen.
+constexpr double kNoBound = 1e6;
+
+}  // namespace
 
 EnvelopeConfig EnvelopeOf(const RobotModel<kArmJoints>& robot, const ControlTaskConfig& config) {
   EnvelopeConfig e;
@@ -30,22 +36,27 @@ ControlTask::ControlTask(const ControlTaskConfig& config, const RobotModel<kArmJ
     : config_(config),
       base_(config.base),
       arm_(config.arm),
-      odometry_(config.odometry),
+      filter_(config.localization),
       uncertainty_(config.joint_sigma_rad),
       law_(config.law, robot, TracerUf7Shapes()),
       envelope_(EnvelopeOf(robot, config)),
       arm_every_(CyclesPerArmCycle(config)) {
-  odometry_.Reset(config.start);
+  filter_.Reset(config.start);
 }
 
 RobotState ControlTask::ReadState(Time now) {
   if (base_.has_odometer() && base_.twist_stamp() > last_twist_) {
     last_twist_ = base_.twist_stamp();
     // A jump of the counters is counted by the odometry, which then goes by the twist.
-    static_cast<void>(odometry_.Step(base_.twist_stamp(), base_.twist().v_mps,
-                                     base_.twist().omega_radps, base_.odometer().left_m,
-                                     base_.odometer().right_m));
-    uncertainty_.Add(odometry_.pose());
+    static_cast<void>(filter_.Step(base_.twist_stamp(), base_.twist().v_mps,
+                                   base_.twist().omega_radps, base_.odometer().left_m,
+                                   base_.odometer().right_m));
+    const BasePose& by_wheels = filter_.odometry().pose();
+    const BasePose corrected = filter_.pose();
+    uncertainty_.Add(
+        config_.scans_correct
+            ? BaseBelief{by_wheels, corrected.phi_rad, corrected.covariance}
+            : BaseBelief{by_wheels, by_wheels.phi_rad, kNoBound * Matrix3d::Identity()});
   }
   RobotState state;
   state.emergency_stop = base_.emergency_stop();
@@ -53,11 +64,35 @@ RobotState ControlTask::ReadState(Time now) {
     return state;
   }
   state.stamp = arm_.feedback_stamp();
-  const BasePose pose = odometry_.Extrapolate(state.stamp);
+  const BasePose pose = PoseAt(state.stamp);
   state.q << pose.x_m, pose.y_m, pose.phi_rad, arm_.position_rad();
   state.u << base_.twist().v_mps, base_.twist().omega_radps, arm_.velocity_radps();
-  state.valid = base_.ready() && arm_.ready() && now - last_twist_ <= config_.state_timeout;
+  state.valid = base_.ready() && arm_.ready() && now - last_twist_ <= config_.state_timeout &&
+                !(config_.scans_correct && filter_.lost());
   return state;
+}
+
+BasePose ControlTask::PoseAt(Time stamp) const {
+  return config_.scans_correct ? filter_.Extrapolate(stamp) : filter_.odometry().Extrapolate(stamp);
+}
+
+void ControlTask::Correct(const PoseFix& fix) {
+  if (config_.scans_correct) {
+    static_cast<void>(filter_.Correct(fix));
+  }
+}
+
+PoseReport ControlTask::ReadPose() const {
+  const BasePose by_wheels = filter_.odometry().Extrapolate(report_.state.stamp);
+  return {.by_wheels = {by_wheels.x_m, by_wheels.y_m, by_wheels.phi_rad},
+          .covariance = filter_.pose().covariance,
+          .slip = filter_.slip(),
+          .yaw_scale_slow = filter_.yaw_scale_slow(),
+          .yaw_scale_fast = filter_.yaw_scale_fast(),
+          .way_scale = filter_.way_scale(),
+          .fixes = filter_.fixes(),
+          .refused = filter_.refused(),
+          .lost = filter_.lost()};
 }
 
 ControlPhase ControlTask::Phase() const {
@@ -76,12 +111,14 @@ const ControlReport& ControlTask::Step(Time now, const Scene& scene, const Dista
                                        const Goal& goal, TxBatch& base_out, TxBatch& arm_out) {
   report_.now = now;
   report_.state = ReadState(now);
-  const ControlOutput output = law_.Step({.state = report_.state,
-                                          .scene = scene,
-                                          .field = field,
-                                          .goal = goal,
-                                          .covariance_q = &uncertainty_.Since(scene, odometry_)},
-                                         now);
+  report_.pose = ReadPose();
+  const ControlOutput output =
+      law_.Step({.state = report_.state,
+                 .scene = scene,
+                 .field = field,
+                 .goal = goal,
+                 .covariance_q = &uncertainty_.Since(scene, filter_.odometry())},
+                now);
   report_.wanted = output.u;
   report_.progress = output.progress;
   report_.stats = output.stats;

@@ -6,7 +6,7 @@
 #include "ctrl/envelope/envelope.h"
 #include "ctrl/robot_program/state_uncertainty.h"
 #include "ctrl/whole_body/whole_body_controller.h"
-#include "perception/localization/wheel_odometry.h"
+#include "perception/localization/pose_filter.h"
 #include "plan/goal.h"
 #include "platform/drivers/arm_driver.h"
 #include "platform/drivers/tracer_driver.h"
@@ -16,7 +16,8 @@ namespace pipewright {
 
 struct ControlTaskConfig {
   WholeBodyConfig law;
-  WheelOdometryConfig odometry;
+  PoseFilterConfig localization;
+  bool scans_correct = false;  ///< the base's pose; false: it is the wheels' alone
   TracerDriverConfig base;
   ArmDriverConfig arm;  ///< its cycle_ms, in whole periods of the law, is the arm's bus cycle
   /// Noise of a joint's reading and play of its gear. The arm's stated repeatability, 0.1 mm at 0.7
@@ -41,11 +42,25 @@ enum class ControlPhase : std::uint8_t {
   kFault,  ///< a device is at fault: zero is commanded; see base_fault and arm_fault
 };
 
+/// What is known of the base's pose besides state.q.
+struct PoseReport {
+  Vector3d by_wheels = Vector3d::Zero();   ///< (x, y, phi) that the wheels alone tell
+  Matrix3d covariance = Matrix3d::Zero();  ///< of state.q's
+  double slip = 1;                         ///< of the floor, over a usual one's
+  double yaw_scale_slow = 1;               ///< the base's turn over that of its wheels
+  double yaw_scale_fast = 1;
+  double way_scale = 1;
+  std::uint64_t fixes = 0;    ///< taken
+  std::uint64_t refused = 0;  ///< beyond the gate
+  bool lost = false;
+};
+
 /// What one cycle knew and did.
 struct ControlReport {
   Time now{};
   ControlPhase phase = ControlPhase::kStarting;
   RobotState state;
+  PoseReport pose;
   Controls wanted = Controls::Zero();  ///< by the law
   Controls sent = Controls::Zero();    ///< by the envelope
   GoalProgress progress;
@@ -75,6 +90,10 @@ class ControlTask {
   void OnBaseFrame(const can::Frame& frame) { base_.OnFrame(frame); }
   void OnArmFrame(const can::Frame& frame) { arm_.OnFrame(frame); }
 
+  /// Where a scan found the base, before the Step that is to know it. One that is too old, or that
+  /// the filter's gate refuses, moves nothing.
+  void Correct(const PoseFix& fix);
+
   const ControlReport& Step(Time now, const Scene& scene, const DistanceField& field,
                             const Goal& goal, TxBatch& base_out, TxBatch& arm_out);
 
@@ -90,12 +109,14 @@ class ControlTask {
 
  private:
   RobotState ReadState(Time now);
+  BasePose PoseAt(Time stamp) const;
+  PoseReport ReadPose() const;
   ControlPhase Phase() const;
 
   ControlTaskConfig config_;
   TracerDriver base_;
   ArmDriver arm_;
-  WheelOdometry odometry_;
+  PoseFilter filter_;
   StateUncertainty uncertainty_;
   WholeBodyController law_;
   Envelope envelope_;

@@ -30,7 +30,8 @@ MappingTask::MappingTask(const MappingConfig& config, const RobotModel<kArmJoint
       robot_(robot),
       map_(config.map),
       field_(config.map),
-      tracker_(config.primitives, config.seed) {}
+      tracker_(config.primitives, config.seed),
+      localizer_(config.localization) {}
 
 void MappingTask::Start(const Configuration& q) {
   // Balls of that radius about points that fill each part: nowhere farther out than promised.
@@ -49,21 +50,46 @@ void MappingTask::Start(const Configuration& q) {
   field_.Update(map_);
 }
 
-Status MappingTask::Step(const DepthFrame& frame, const StateHistory& history) {
+/// Moves q's base to where guess and cloud together find it.
+void MappingTask::Localise(const Isometry3d& X_BS, const Matrix3d& base_covariance,
+                           Configuration& q) {
+  PoseFix fix;
+  const BasePose guess{.stamp = cloud_.stamp,
+                       .x_m = q(0),
+                       .y_m = q(1),
+                       .phi_rad = q(2),
+                       .covariance = base_covariance};
+  const Status status = localizer_.Step(cloud_, X_BS, guess, fix);
+  if (status == Status::kFault || status == Status::kIterationLimit) {
+    fix_ = PoseFix{.stamp = cloud_.stamp, .fits = false};
+  } else if (status == Status::kOk) {
+    fix_ = fix;
+  }
+  q.head<3>() = localizer_.pose();
+}
+
+Status MappingTask::Step(const DepthFrame& frame, const Motion& motion) {
   ++counters_.frames;
-  const std::optional<Configuration> q = history.At(frame.stamp, config_.max_extrapolation);
+  fix_.reset();
+  std::optional<Configuration> q = motion.states.At(frame.stamp, config_.max_extrapolation);
   if (!q) {
     ++counters_.without_pose;
     return Status::kStale;
   }
-  const Body body(robot_, *q);
-  const Boxes boxes = BoxesAt(body);
-  const Status made = MakeCloud(frame, body.X_WS(), {boxes.begin(), boxes.end()}, config_.cloud,
+  const Body guess(robot_, *q);
+  const Boxes boxes = BoxesAt(guess);
+  const Status made = MakeCloud(frame, guess.X_WS(), {boxes.begin(), boxes.end()}, config_.cloud,
                                 cloud_, counters_.cloud);
   if (made != Status::kOk) {
     ++counters_.refused;
     return made;
   }
+
+  if (config_.localise) {
+    Localise(BaseAt(q->head<3>()).inverse() * guess.X_WS(), motion.base_covariance, *q);
+  }
+  const Body body(robot_, *q);
+  cloud_.X_WS = body.X_WS();
 
   const Eigen::Isometry3f X_WS = cloud_.X_WS.cast<float>();
   int count = 0;
@@ -75,6 +101,9 @@ Status MappingTask::Step(const DepthFrame& frame, const StateHistory& history) {
   map_.InsertScan(points_W_.data(), count, X_WS.translation(), config_.max_range_m);
   map_.MarkCovered(body.p_WP(), config_.probe_radius_m);
   tracker_.Step(cloud_);
+  if (config_.localise) {
+    localizer_.Take(tracker_.scene());
+  }
   field_.Update(map_);
   return Status::kOk;
 }

@@ -2,14 +2,15 @@
 #pragma once
 
 #include <array>
+#include <optional>
 
 #include "ctrl/robot_program/perceived.h"
 #include "perception/cloud/cloud.h"
+#include "perception/localization/scan_localizer.h"
 #include "perception/map/voxel_grid.h"
 #include "perception/primitives/tracker.h"
 #include "platform/core/latest.h"
 #include "platform/robot/model.h"
-#include "platform/robot/state_history.h"
 
 namespace pipewright {
 
@@ -17,6 +18,8 @@ struct MappingConfig {
   MapConfig map;
   CloudConfig cloud{.stride = 2};
   PrimitiveConfig primitives;
+  ScanLocalizerConfig localization;
+  bool localise = false;     ///< frames are placed where they find themselves
   double max_range_m = 3.0;  ///< of a reading that enters the map
   double probe_radius_m = 0.4;
   double start_clearance_m =
@@ -42,8 +45,9 @@ class MappingTask {
   /// about them, hold no obstacle.
   void Start(const Configuration& q);
 
-  /// One frame. A frame whose pose is not known is dropped and counted.
-  Status Step(const DepthFrame& frame, const StateHistory& history);
+  /// One frame, placed where it finds itself among what was seen before, else where `motion` has
+  /// the robot at its stamp. A frame whose pose is not known is dropped and counted.
+  Status Step(const DepthFrame& frame, const Motion& motion);
 
   /// What the probe covers at q. Each frame does this for its own instant.
   int Cover(const Configuration& q);
@@ -53,14 +57,21 @@ class MappingTask {
   const VoxelGrid& map() const { return map_; }
   const DistanceField& field() const { return field_; }
   const Scene& scene() const { return tracker_.scene(); }
+  /// Where the last frame found the base, if it did.
+  const std::optional<PoseFix>& fix() const { return fix_; }
+  const ScanLocalizer& localizer() const { return localizer_; }
   const MappingCounters& counters() const { return counters_; }
 
  private:
+  void Localise(const Isometry3d& X_BS, const Matrix3d& base_covariance, Configuration& q);
+
   MappingConfig config_;
   const RobotModel<kArmJoints>& robot_;
   VoxelGrid map_;
   DistanceField field_;
   PrimitiveTracker tracker_;
+  ScanLocalizer localizer_;
+  std::optional<PoseFix> fix_;
   Cloud cloud_;
   std::array<Eigen::Vector3f, Cloud::kMaxPoints> points_W_{};
   MappingCounters counters_;

@@ -6,8 +6,15 @@
 #include "perception/map/distance_field.h"
 #include "perception/map/voxel_grid.h"
 #include "perception/scene.h"
+#include "platform/robot/state_history.h"
 
 namespace pipewright {
+
+/// What the control task hands to the mapping task each cycle.
+struct Motion {
+  StateHistory states;
+  Matrix3d base_covariance = Matrix3d::Zero();  ///< of the newest state's (x, y, phi)
+};
 
 /// What the mapping task hands to the control task after each frame.
 struct Surrounding {

@@ -32,11 +32,17 @@ const ControlReport& RobotProgram::StepControl(Time now) {
   }
   base_out_.clear();
   arm_out_.clear();
+  if (fix_.HasNew()) {
+    control_.Correct(fix_.Read());
+  }
   const Surrounding& around = surrounding_.Read();
   const ControlReport& report =
       control_.Step(now, around.scene, around.field, goal_.Read(), base_out_, arm_out_);
   states_.Add(report.state);
-  history_.Write(states_);
+  Motion& motion = motion_.Back();
+  motion.states = states_;
+  motion.base_covariance = report.pose.covariance;
+  motion_.Publish();
   report_.Write(report);
   return report;
 }
@@ -49,9 +55,12 @@ void RobotProgram::TakeResidual() {
 
 Status RobotProgram::Map(const DepthFrame& frame) {
   TakeResidual();
-  const Status status = mapping_.Step(frame, history_.Read());
+  const Status status = mapping_.Step(frame, motion_.Read());
   if (status != Status::kOk) {
     return status;
+  }
+  if (mapping_.fix()) {
+    fix_.Write(*mapping_.fix());
   }
   Surrounding& around = surrounding_.Back();
   around.scene = mapping_.scene();

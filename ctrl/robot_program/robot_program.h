@@ -70,7 +70,8 @@ class RobotProgram {
   Latest<MapSnapshot> snapshot_;     // mapping -> planning
   Latest<Goal> goal_;                // planning -> control
   Latest<ResidualVoxels> residual_;  // planning -> mapping
-  Latest<StateHistory> history_;     // control -> mapping
+  Latest<PoseFix> fix_;              // mapping -> control
+  Latest<Motion> motion_;            // control -> mapping
   Latest<ControlReport> report_;     // control -> planning
   StateHistory states_;              // control's own
   TxBatch base_out_;

@@ -1,27 +1,28 @@
 // SPDX-License-Identifier: MIT
 #include "ctrl/robot_program/state_uncertainty.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 
 namespace pipewright {
 
-void StateUncertainty::Add(const BasePose& pose) {
-  poses_[next_] = pose;
-  next_ = (next_ + 1) % kPoses;
-  count_ = std::min(count_ + 1, kPoses);
+void StateUncertainty::Add(const BaseBelief& belief) {
+  beliefs_[next_] = belief;
+  next_ = (next_ + 1) % kBeliefs;
+  count_ = std::min(count_ + 1, kBeliefs);
   measured_ = false;
 }
 
-/// The newest pose that is not newer than stamp, else the oldest.
-const BasePose& StateUncertainty::At(Time stamp) const {
+/// The newest that is not newer than stamp, else the oldest.
+const BaseBelief& StateUncertainty::At(Time stamp) const {
   int i = next_;
   for (int age = 0; age < count_; ++age) {
-    i = (i + kPoses - 1) % kPoses;
-    if (poses_[i].stamp <= stamp) {
+    i = (i + kBeliefs - 1) % kBeliefs;
+    if (beliefs_[i].by_wheels.stamp <= stamp) {
       break;
     }
   }
-  return poses_[i];
+  return beliefs_[i];
 }
 
 template <typename Estimates, int kMost>
@@ -32,19 +33,31 @@ void StateUncertainty::Place(const Estimates& primitives, Anchors<kMost>& anchor
     const auto* known = std::find_if(before.begin(), before.end(), [&](const Anchor& anchor) {
       return anchor.id == primitive.id && anchor.last_seen == primitive.last_seen;
     });
-    const BasePose& pose = known != before.end() ? known->pose : At(primitive.last_seen);
-    static_cast<void>(anchors.push_back({primitive.id, primitive.last_seen, pose}));
+    const BaseBelief& belief = known != before.end() ? known->belief : At(primitive.last_seen);
+    static_cast<void>(anchors.push_back({primitive.id, primitive.last_seen, belief}));
   }
 }
 
+Matrix3d StateUncertainty::Against(const BaseBelief& then, const WheelOdometry& odometry) const {
+  const BaseBelief& now = beliefs_[(next_ + kBeliefs - 1) % kBeliefs];
+  const Matrix3d held = now.covariance + then.covariance;
+  const Matrix3d grown = odometry.CovarianceSince(then.by_wheels);
+  if (held.trace() < grown.trace()) {
+    return held;
+  }
+  const double turn = now.phi_rad - now.by_wheels.phi_rad;
+  Matrix3d R = Matrix3d::Identity();
+  R.topLeftCorner<2, 2>() = Eigen::Rotation2Dd(turn).toRotationMatrix();
+  return R * grown * R.transpose();
+}
+
 void StateUncertainty::Measure(const WheelOdometry& odometry) {
-  covariance_.base = odometry.CovarianceSince(scene_pose_);
+  covariance_.base = Against(scene_belief_, odometry);
   const auto measure = [&](const auto& anchors, auto& covariances) {
     covariances.clear();
     for (const Anchor& anchor : anchors) {
-      static_cast<void>(covariances.push_back(anchor.last_seen == scene_stamp_
-                                                  ? covariance_.base
-                                                  : odometry.CovarianceSince(anchor.pose)));
+      static_cast<void>(covariances.push_back(
+          anchor.last_seen == scene_stamp_ ? covariance_.base : Against(anchor.belief, odometry)));
     }
   };
   measure(planes_, covariance_.to_plane);
@@ -59,7 +72,7 @@ const StateCovariance& StateUncertainty::Since(const Scene& scene, const WheelOd
     placed_ = true;
     measured_ = false;
     scene_stamp_ = scene.stamp;
-    scene_pose_ = At(scene.stamp);
+    scene_belief_ = At(scene.stamp);
     Place(scene.planes, planes_);
     Place(scene.pipes, pipes_);
   }

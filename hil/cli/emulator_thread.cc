@@ -4,7 +4,6 @@
 #include <algorithm>
 
 #include "hil/cli/report_page.h"
-#include "hil/cli/truth_watch.h"
 #include "platform/linux/clock.h"
 #include "platform/robot/uf7.h"
 
@@ -80,7 +79,7 @@ void EmulatorThread::Record(Time now) {
     figures_.cycle_us.push_back(static_cast<float>(cycle_us));
     const Clearance& clearance = emulator_.Measure(now);
     if (with_devices_) {
-      WatchTruth(report, emulator_, figures_);
+      watch_.Add(report, emulator_, figures_);
     }
     recorder_.Cycle(ToSeconds(report.now), CycleSampleOf(report, clearance, cycle_us));
     folder_.Trace(report, emulator_.plant(), clearance, map_.Read().counts);

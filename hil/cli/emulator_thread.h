@@ -9,6 +9,7 @@
 
 #include "hil/cli/run_figures.h"
 #include "hil/cli/run_folder.h"
+#include "hil/cli/truth_watch.h"
 #include "hil/emulator/emulator.h"
 #include "hil/report/run_recorder.h"
 #include "platform/core/handover.h"
@@ -95,6 +96,7 @@ class EmulatorThread {
   std::atomic<double> arm_load_ = kNoReading;
   std::atomic<bool> quit_ = false;
   RunFigures figures_;
+  TruthWatch watch_;
   RunRecorder recorder_;
   Time next_sample_{};
   Duration late_max_{};

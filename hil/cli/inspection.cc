@@ -39,13 +39,14 @@ RobotProgramConfig ProgramConfig(const Scenario& scenario, const InspectionOptio
   control.start.x_m = scenario.start.x_m;
   control.start.y_m = scenario.start.y_m;
   control.start.phi_rad = scenario.start.yaw_rad;
-  control.odometry.track_m = TracerUf7().base.track_m;
+  control.localization.odometry.track_m = TracerUf7().base.track_m;
   control.law.constraints.period_s = 1 / options.rate_hz;
   std::string error;
   control.arm.cycle_ms = ArmCycle_ms(options.rate_hz, ParseBus(options.bus, &error).shared);
   control.law.constraints.svfi = options.svfi;
   control.law.constraints.alpha = options.alpha;
   control.law.constraints.joint_risk = options.joint_risk;
+  control.scans_correct = options.scans_correct;
   if (options.planner == PlannerKind::kCfnbv) {
     control.law.reached = 0.02;  // a view's worth does not hang on the last centimetre
   }
@@ -53,6 +54,7 @@ RobotProgramConfig ProgramConfig(const Scenario& scenario, const InspectionOptio
   config.mapping.map = Map(scenario);
   config.mapping.start_clearance_m = scenario.start.clearance_m;
   config.mapping.seed = options.seed;
+  config.mapping.localise = options.scans_correct;
 
   config.mission = DefaultMission();
   config.mission.planner = options.planner;

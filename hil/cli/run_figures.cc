@@ -125,10 +125,19 @@ Json RunJson(const InspectionOptions& options, const std::string& scenario,
                  {"stalls", mission.stalls},
                  {"step_ms", Spread(figures.step_ms)}};
   run["path"] = {{"base_m", emulator.base_travel_m()}, {"joint_rad", emulator.joint_travel_rad()}};
+  const PoseReport& pose = program.control().report().pose;
   run["localization"] = {{"error_max_m", figures.pose_max.m},
                          {"error_max_deg", Degrees(figures.pose_max.rad)},
                          {"error_final_m", figures.pose_final.m},
-                         {"error_final_deg", Degrees(figures.pose_final.rad)}};
+                         {"error_final_deg", Degrees(figures.pose_final.rad)},
+                         {"wheels_error_max_m", figures.wheels_max.m},
+                         {"wheels_error_max_deg", Degrees(figures.wheels_max.rad)},
+                         {"slip", pose.slip},
+                         {"yaw_scale_slow", pose.yaw_scale_slow},
+                         {"yaw_scale_fast", pose.yaw_scale_fast},
+                         {"way_scale", pose.way_scale},
+                         {"fixes", pose.fixes},
+                         {"fixes_refused", pose.refused}};
   run["can"] = {
       {"tx", can.tx}, {"rx", can.rx}, {"dropped", can.dropped}, {"load_peak", can.load_peak}};
   return run;

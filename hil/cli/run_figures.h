@@ -36,6 +36,7 @@ struct RunFigures {
   int joint_hard_stops = 0;
   PoseError pose_max;        ///< of the pose that the robot moves by, each largest
   PoseError pose_final;      ///< at the last cycle with a valid state
+  PoseError wheels_max;      ///< of what the wheels alone tell
   double covered_95_s = -1;  ///< when the true coverage ratio first reached 0.95; < 0: never
   double wall_s = 0;
 

@@ -199,6 +199,7 @@ class VirtualRun {
   Time next_progress_{};
   std::optional<Time> stopping_since_;
   RunFigures figures_;
+  TruthWatch watch_;
   WallClock::time_point wall_start_;
 };
 
@@ -211,7 +212,7 @@ void VirtualRun::Cycle() {
   figures_.cycle_us.push_back(static_cast<float>(cycle_us));
   figures_.Add(report);
   const Clearance& clearance = emulator_.Measure(now_);
-  WatchTruth(report, emulator_, figures_);
+  watch_.Add(report, emulator_, figures_);
   recorder_.Cycle(ToSeconds(now_), CycleSampleOf(report, clearance, cycle_us));
   folder_.Trace(report, emulator_.plant(), clearance, program_->mapping().map().counts());
 }

@@ -99,6 +99,7 @@ DepthCamera::DepthCamera(const CameraSpec& spec, const std::vector<Solid>& solid
     rtcAttachGeometry(scene_.scene(), instance);
     rtcReleaseGeometry(instance);
   }
+  PassLost();
 }
 
 Time DepthCamera::next_stamp() const {
@@ -249,6 +250,15 @@ void DepthCamera::Render(const Isometry3d& X_WS, std::span<const Isometry3d> X_W
     frame.depth_mm[i] = Read(static_cast<int>(i), frame_key);
   }
   ++sequence_;
+  PassLost();
+}
+
+/// To the next frame that comes.
+void DepthCamera::PassLost() {
+  const std::uint64_t key = Mix(~seed_);
+  while (Unit(Mix(key + sequence_)) < spec_.lost_fraction) {
+    ++sequence_;
+  }
 }
 
 }  // namespace pipewright::hil

@@ -21,6 +21,7 @@ namespace pipewright::hil {
 ///   too near   z < z_min: no reading, or (a share) a wrong one: half of these the depth of a
 ///   random
 ///              disparity, z_min 126 / d, half off by up to 40 % to either side
+///   lost       a share of the frames
 ///   none (0)   beyond z_max; a share anywhere; half of the pixels beside a jump in depth of more
 ///   than
 ///              0.05 m + 0.05 z; at grazing angles, surely at cos < 0.05, never at cos > 0.2
@@ -34,7 +35,8 @@ class DepthCamera {
 
   const CameraIntrinsics& intrinsics() const { return intrinsics_; }
 
-  /// The stamp of the next frame: sequence / rate. A caller renders when it has come.
+  /// The stamp of the next frame: sequence / rate. A caller renders when it has come. A frame that
+  /// is lost has its sequence number, too.
   Time next_stamp() const;
 
   /// Renders the next frame, seen from X_WS with the robot's links at X_WL. Some 2 ms of one core.
@@ -57,6 +59,7 @@ class DepthCamera {
   void PlaceRobot(const Isometry3d& X_WS, std::span<const Isometry3d> X_WL);
   std::uint16_t Read(int pixel, std::uint64_t frame_key) const;
   bool BesideJump(int pixel) const;
+  void PassLost();
 
   CameraSpec spec_;
   CameraIntrinsics intrinsics_;

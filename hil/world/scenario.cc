@@ -189,6 +189,7 @@ void ReadCamera(TomlTable& table, CameraSpec& c) {
   c.invalid_fraction = table.Number("invalid_fraction", 0, 1, c.invalid_fraction);
   c.below_min_wrong_fraction =
       table.Number("below_min_wrong_fraction", 0, 1, c.below_min_wrong_fraction);
+  c.lost_fraction = table.Number("lost_fraction", 0, 0.95, c.lost_fraction);
   if (c.z_max_m <= c.z_min_m) {
     table.Error("z_max_m", "must be greater than z_min_m");
   }

@@ -43,6 +43,7 @@ struct CameraSpec {
   double noise_sigma_at_1m = 3.8e-3;
   double invalid_fraction = 0.01;          ///< pixels without reading, anywhere
   double below_min_wrong_fraction = 0.02;  ///< of those nearer than z_min: wrong value, not none
+  double lost_fraction = 0;                ///< of the frames: they never come
 };
 
 /// What the base's wheels do not tell; see hil/devices/wheel_slip.h.

@@ -1,45 +1,52 @@
 // SPDX-License-Identifier: MIT
 #include "perception/localization/pose_filter.h"
 
-#include <Eigen/Cholesky>
-#include <Eigen/LU>
 #include <algorithm>
 #include <cassert>
 #include <cmath>
-#include <numbers>
 
 namespace pipewright {
 namespace {
 
-constexpr double kDoubt =
-    1.5;  ///< a second of doubts at 15 Hz: standard deviations 20 times as wide
+/// Of variances, each doubt: a second of them at 15 Hz and standard deviations are 20 times as
+/// wide.
+constexpr double kDoubt = 1.5;
+
+constexpr double kLearningWay_m = 0.01;  ///< of the wheels, after which a fix tells of the floor
+constexpr double kSurprise = 9;          ///< an innovation squared counts as so many means at most
+constexpr double kTellsNothing = 1e-6;
 
 constexpr double Squared(double x) { return x * x; }
 
-/// ∂(x, y, phi)/∂(x, y, phi, k) after a step. The chord's length is taken for that of the arc: the
-/// steps are short.
-Mat<3, 4> Derivative(const Vec<4>& x, const BaseStep& told) {
-  const double heading = x(2) + (1 + x(3)) * told.turn_rad / 2;
-  const double c = std::cos(heading);
-  const double s = std::sin(heading);
-  Mat<3, 4> F = Mat<3, 4>::Identity();
-  F(0, 2) = -told.forward_m * s;
-  F(1, 2) = told.forward_m * c;
-  F(0, 3) = -told.forward_m * s * told.turn_rad / 2;
-  F(1, 3) = told.forward_m * c * told.turn_rad / 2;
-  F(2, 3) = told.turn_rad;
+/// What the base does when its wheels tell this: ((1 + g) s, (1 + k) t).
+BaseStep Scaled(const Vec<6>& x, const BaseStep& told, double fast) {
+  return {(1 + x(5)) * told.forward_m, (1 + std::lerp(x(3), x(4), fast)) * told.turn_rad};
+}
+
+/// ∂(x, y, phi)/∂(x, y, phi, k_slow, k_fast, g) after a step. The chord's length is taken for that
+/// of the arc: the steps are short.
+Mat<3, 6> Derivative(const Vec<6>& x, const BaseStep& told, double fast) {
+  const BaseStep step = Scaled(x, told, fast);
+  const double heading = x(2) + step.turn_rad / 2;
+  const Vector3d ahead(std::cos(heading), std::sin(heading), 0);
+  const Vector3d by_heading(-step.forward_m * ahead.y(), step.forward_m * ahead.x(), 0);
+  const Vector3d by_turn_scale = told.turn_rad * (by_heading / 2 + Vector3d::UnitZ());
+  Mat<3, 6> F = Mat<3, 6>::Identity();
+  F.col(2) += by_heading;
+  F.col(3) = (1 - fast) * by_turn_scale;
+  F.col(4) = fast * by_turn_scale;
+  F.col(5) = told.forward_m * ahead;
   return F;
 }
 
-Vector3d Moved(const Vec<4>& x, const BaseStep& told) {
-  return AlongArc(x.head<3>(), {told.forward_m, (1 + x(3)) * told.turn_rad});
+Vector3d Moved(const Vec<6>& x, const BaseStep& told, double fast) {
+  return AlongArc(x.head<3>(), Scaled(x, told, fast));
 }
 
 }  // namespace
 
 PoseFilter::PoseFilter(const PoseFilterConfig& config)
     : config_(config), odometry_(config.odometry) {
-  assert(Valid(config));
   Reset({});
 }
 
@@ -50,37 +57,53 @@ void PoseFilter::Reset(const BasePose& pose) {
   Moment& start = moments_[0];
   start = {};
   start.stamp = pose.stamp;
-  start.x << pose.x_m, pose.y_m, pose.phi_rad, 0;
+  start.x.head<3>() << pose.x_m, pose.y_m, pose.phi_rad;
   start.P.topLeftCorner<3, 3>() = pose.covariance;
-  start.P(3, 3) = Squared(config_.yaw_scale_sigma);
+  start.P(3, 3) = start.P(4, 4) = Squared(config_.yaw_scale_sigma);
+  start.P(5, 5) = Squared(config_.way_scale_sigma);
   rate_ = {};
+  slip_squared_ = Squared(config_.slip_start);
+  way_m_ = 0;
+  doubts_ = 0;
   last_fix_ = Time::min();
+}
+
+double PoseFilter::slip() const { return std::sqrt(slip_squared_); }
+
+double PoseFilter::Fast(double w_radps) const {
+  const double above = std::fabs(w_radps) - config_.slow_radps;
+  return std::clamp(above / (config_.fast_radps - config_.slow_radps), 0.0, 1.0);
 }
 
 void PoseFilter::Predict(const Moment& from, Moment& to) const {
   const BaseStep& told = from.step;
-  to.x.head<3>() = Moved(from.x, told);
-  to.x(3) = from.x(3);
-  Mat<4, 4> F = Mat<4, 4>::Identity();
-  F.topRows<3>() = Derivative(from.x, told);
-  const double heading = from.x(2) + (1 + from.x(3)) * told.turn_rad / 2;
+  to.x.head<3>() = Moved(from.x, told, from.fast);
+  to.x.tail<3>() = from.x.tail<3>();
+  Mat<6, 6> F = Mat<6, 6>::Identity();
+  F.topRows<3>() = Derivative(from.x, told, from.fast);
+  const double heading = from.x(2) + Scaled(from.x, told, from.fast).turn_rad / 2;
   const double c = std::cos(heading);
   const double s = std::sin(heading);
   const double driven = std::fabs(told.forward_m);
   const double turned = std::fabs(told.turn_rad);
-  const Vec<4> by_forward(c, s, 0, 0);
-  const Vec<4> by_turn(-told.forward_m * s / 2, told.forward_m * c / 2, 1, 0);
-  const double turn_var =
-      Squared(config_.slip_rad_per_m) * driven + Squared(config_.slip_rad_per_rad) * turned;
-  const Mat<4, 4> FP = F.lazyProduct(from.P);
+  const Vector3d by_forward(c, s, 0);
+  const Vector3d by_turn(-told.forward_m * s / 2, told.forward_m * c / 2, 1);
+  const double forward_var = slip_squared_ * Squared(config_.slip.m) * driven;
+  const double turn_var = slip_squared_ * (Squared(config_.slip.rad_per_m) * driven +
+                                           Squared(config_.slip.rad_per_rad) * turned);
+  const double walk_var = slip_squared_ * Squared(config_.yaw_scale_walk) * turned;
+  const Mat<6, 6> FP = F.lazyProduct(from.P);
   to.P = FP.lazyProduct(F.transpose());
-  to.P += by_forward * by_forward.transpose() * (Squared(config_.slip_m) * driven) +
-          by_turn * by_turn.transpose() * turn_var;
-  to.P(3, 3) += Squared(config_.yaw_scale_walk) * turned;
+  to.P.topLeftCorner<3, 3>() +=
+      by_forward * by_forward.transpose() * forward_var + by_turn * by_turn.transpose() * turn_var;
+  to.P(3, 3) += Squared(1 - from.fast) * walk_var;
+  to.P(4, 4) += Squared(from.fast) * walk_var;
+  to.P(5, 5) += slip_squared_ * Squared(config_.way_scale_walk) * driven;
 }
 
 Status PoseFilter::Step(Time now, double v_mps, double w_radps, double left_m, double right_m) {
   const bool first = odometry_.pose().stamp == Newest().stamp && count_ == 1;
+  const double fast = Fast((rate_.turn_rad + w_radps) / 2);
   const Status status = odometry_.Step(now, v_mps, w_radps, left_m, right_m);
   if (status != Status::kOk && status != Status::kFault) {
     return status;
@@ -91,8 +114,10 @@ Status PoseFilter::Step(Time now, double v_mps, double w_radps, double left_m, d
     moments_[newest_].stamp = now;  // still where it was switched on
     return status;
   }
+  way_m_ += std::fabs(moved.forward_m) + std::fabs(moved.turn_rad) * config_.odometry.track_m / 2;
   Moment& from = moments_[newest_];
   from.step = moved;
+  from.fast = fast;
   newest_ = (newest_ + 1) % kSteps;
   count_ = std::min(count_ + 1, kSteps);
   moments_[newest_].stamp = now;
@@ -128,14 +153,18 @@ void PoseFilter::Replay(int from) {
   }
 }
 
-/// Either the fix of that moment is wrong or the pose is.
+/// Either the fix of that moment is wrong or the pose is. Slip is Learn()'s; what the wheels know
+/// nothing of, as a push, is left when that explains nothing for long.
 void PoseFilter::Doubt(int i) {
   ++refused_;
-  Mat<4, 4>& P = moments_[i].P;
+  if (++doubts_ <= config_.patience) {
+    return;
+  }
+  Mat<6, 6>& P = moments_[i].P;
   P.topLeftCorner<3, 3>() *= kDoubt;
-  P(0, 0) += Squared(config_.fix_sigma_m);
-  P(1, 1) += Squared(config_.fix_sigma_m);
-  P(2, 2) += Squared(config_.fix_sigma_rad);
+  P(0, 0) += Squared(config_.fix.sigma_m);
+  P(1, 1) += Squared(config_.fix.sigma_m);
+  P(2, 2) += Squared(config_.fix.sigma_rad);
   Replay(i);
 }
 
@@ -155,41 +184,51 @@ Status PoseFilter::Correct(const PoseFix& fix) {
   }
   Moment& then = moments_[i];
   const BaseStep step = StepTo(i, fix.stamp);
-  const Mat<3, 4> J = Derivative(then.x, step);
-  Vector3d y = fix.pose - Moved(then.x, step);
-  y.z() = std::remainder(y.z(), 2 * std::numbers::pi);
-
-  // L = (I⁻¹ + Σ)⁻¹ = Σ⁻¹ - Σ⁻¹ (I + Σ⁻¹)⁻¹ Σ⁻¹, for an I that may be singular.
-  const Vector3d shared(1 / Squared(config_.fix_sigma_m), 1 / Squared(config_.fix_sigma_m),
-                        1 / Squared(config_.fix_sigma_rad));
-  const Mat<3, 3> W = shared.asDiagonal();
-  const Mat<3, 3> sum = fix.information + W;
-  const Mat<3, 3> inner = sum.inverse().lazyProduct(W);
-  Mat<3, 3> L = W - W.lazyProduct(inner);
-  L = (L + L.transpose()).eval() / 2;
-  L.diagonal().array() +=
-      1e-9;  // to be definite, not to say anything: a standard deviation of 30 km
-  const Mat<3, 3> C = L.llt().matrixL();
-  const Mat<4, 3> PJ = then.P.lazyProduct(J.transpose());
+  const double fast = i == newest_ ? Fast(rate_.turn_rad) : then.fast;
+  const Mat<3, 6> J = Derivative(then.x, step, fast);
+  const Mat<6, 3> PJ = then.P.lazyProduct(J.transpose());
   const Mat<3, 3> M = J.lazyProduct(PJ);
-  const Mat<3, 3> MC = M.lazyProduct(C);
-  const Mat<3, 3> A = Mat<3, 3>::Identity() + C.transpose().lazyProduct(MC);
-  const Mat<3, 3> AC = A.inverse().lazyProduct(C.transpose());
-  const Mat<3, 3> S_inverse = C.lazyProduct(AC);
-
-  const double distance = y.dot(S_inverse.lazyProduct(y));
-  if (!(distance <= config_.gate)) {
+  const FixGain gain = GainOf(Moved(then.x, step, fast), M, fix, config_.fix);
+  Learn(gain, M);
+  if (!gain.within_gate) {
     Doubt(i);
     return Status::kInfeasible;
   }
   ++fixes_;
-  const Mat<4, 3> K = PJ.lazyProduct(S_inverse);
-  then.x += K.lazyProduct(y);
-  then.x(3) = std::clamp(then.x(3), -config_.yaw_scale_max, config_.yaw_scale_max);
+  doubts_ = 0;
+  const Mat<6, 3> K = PJ.lazyProduct(gain.S_inverse);
+  then.x += K.lazyProduct(gain.y);
+  const Vector3d most(config_.yaw_scale_max, config_.yaw_scale_max, config_.way_scale_max);
+  then.x.tail<3>() = then.x.tail<3>().cwiseMax(-most).cwiseMin(most);
   then.P -= K.lazyProduct(PJ.transpose()).eval();
   then.P = (then.P + then.P.transpose()).eval() / 2;
   Replay(i);
   return Status::kOk;
+}
+
+void PoseFilter::Learn(const FixGain& gain, const Mat<3, 3>& M) {
+  const double share = std::min(1.0, way_m_ / kLearningWay_m);
+  way_m_ = 0;
+  const Vector3d weighed = gain.S_inverse.lazyProduct(gain.y);
+  const double expected = gain.S_inverse.cwiseProduct(M).sum();  // tr(S⁻¹ M)
+  if (!(expected > kTellsNothing)) {
+    return;
+  }
+  const double ratio = std::min(weighed.dot(M.lazyProduct(weighed)) / expected, kSurprise);
+  slip_squared_ = std::clamp(slip_squared_ * std::exp(config_.slip_learning * share * (ratio - 1)),
+                             Squared(config_.slip_least), Squared(config_.slip_most));
+  TellOdometry();
+}
+
+/// The wheels' error for as long as no fix corrects it. That of the yaw scale grows with the turn,
+/// not its root: it counts as after 1 rad.
+void PoseFilter::TellOdometry() {
+  const double f = slip();
+  const double yaw_scale_var = std::max(Newest().P(3, 3), Newest().P(4, 4));
+  odometry_.Slips(
+      {.m = f * config_.slip.m,
+       .rad_per_m = f * config_.slip.rad_per_m,
+       .rad_per_rad = std::sqrt(Squared(f * config_.slip.rad_per_rad) + yaw_scale_var)});
 }
 
 BasePose PoseFilter::pose() const {
@@ -197,8 +236,8 @@ BasePose PoseFilter::pose() const {
   BasePose pose{.stamp = now.stamp, .x_m = now.x(0), .y_m = now.x(1), .phi_rad = now.x(2)};
   pose.covariance = now.P.topLeftCorner<3, 3>();
   if (fixes_ > 0) {
-    const double of_place = Squared(config_.fix_sigma_m);
-    pose.covariance.diagonal() += Vector3d(of_place, of_place, Squared(config_.fix_sigma_rad));
+    const double of_place = Squared(config_.fix.sigma_m);
+    pose.covariance.diagonal() += Vector3d(of_place, of_place, Squared(config_.fix.sigma_rad));
   }
   return pose;
 }
@@ -207,7 +246,8 @@ BasePose PoseFilter::Extrapolate(Time when) const {
   BasePose pose = this->pose();
   const double dt_s =
       ToSeconds(std::clamp(when - pose.stamp, Duration::zero(), config_.odometry.max_gap));
-  const Vector3d moved = Moved(Newest().x, {rate_.forward_m * dt_s, rate_.turn_rad * dt_s});
+  const Vector3d moved =
+      Moved(Newest().x, {rate_.forward_m * dt_s, rate_.turn_rad * dt_s}, Fast(rate_.turn_rad));
   pose.stamp = when;
   pose.x_m = moved.x();
   pose.y_m = moved.y();
@@ -216,7 +256,7 @@ BasePose PoseFilter::Extrapolate(Time when) const {
 }
 
 bool PoseFilter::lost() const {
-  const Mat<4, 4>& P = Newest().P;
+  const Mat<6, 6>& P = Newest().P;
   return P(0, 0) + P(1, 1) > Squared(config_.lost_m) || P(2, 2) > Squared(config_.lost_rad);
 }
 

@@ -4,53 +4,68 @@
 #include <array>
 #include <cstdint>
 
-#include "perception/localization/scan_registration.h"
+#include "perception/localization/fix_gain.h"
 #include "perception/localization/wheel_odometry.h"
 
 namespace pipewright {
 
 struct PoseFilterConfig {
-  WheelOdometryConfig odometry;
-  /// Slip between two fixes, as WheelOdometryConfig states it, but of a floor that may be wet.
-  double slip_m = 0.05;
-  double slip_rad_per_m = 0.1;
-  double slip_rad_per_rad = 0.1;
+  WheelOdometryConfig odometry{};
+  /// Slip as WheelOdometryConfig states it, of a floor of usual grip. The floor's own is found by
+  /// the fixes, as a factor of these standard deviations.
+  WheelSlip slip{.m = 0.01, .rad_per_m = 0.02, .rad_per_rad = 0.02};
+  double slip_start = 1;  ///< the factor before anything is known
+  double slip_least = 0.4;
+  double slip_most = 10;
+  double slip_learning = 0.1;     ///< of its square, a fix
   double yaw_scale_sigma = 0.05;  ///< at start
-  double yaw_scale_walk = 0.02;   ///< after 1 rad turned; it depends on the speed
+  double yaw_scale_walk = 0.01;   ///< after 1 rad turned on a floor of usual grip
   double yaw_scale_max = 0.2;     ///< its distance from 1 is held within
-  double fix_sigma_m = 1.5e-3;    ///< what all fixes share: the reference's own error, rounding
-  double fix_sigma_rad = 3e-3;
-  double gate = 25;      ///< chi-square of three degrees of freedom: 1.5e-5 by chance
-  double lost_m = 0.15;  ///< standard deviations beyond which the pose is lost
-  double lost_rad = 0.3;
+  double way_scale_sigma = 0.01;  ///< likewise of the way driven
+  double way_scale_walk = 0.002;  ///< after 1 m
+  double way_scale_max = 0.05;
+  double slow_radps = 0.3;  ///< the yaw scale depends on the speed: one up to this,
+  double fast_radps = 0.6;  ///< one from here on, between them in proportion
+  FixNoiseConfig fix{};
+  int patience = 30;    ///< refused fixes in a row before the pose itself is doubted
+  double lost_m = 0.3;  ///< standard deviations beyond which the pose is lost
+  double lost_rad = 0.6;
 };
 
 constexpr bool Valid(const PoseFilterConfig& c) {
-  return Valid(c.odometry) && c.slip_m >= 0 && c.slip_rad_per_m >= 0 && c.slip_rad_per_rad >= 0 &&
-         c.yaw_scale_sigma >= 0 && c.yaw_scale_walk >= 0 && c.yaw_scale_max > 0 &&
-         c.yaw_scale_max < 1 && c.fix_sigma_m > 0 && c.fix_sigma_rad > 0 && c.gate > 0 &&
-         c.lost_m > 0 && c.lost_rad > 0;
+  return Valid(c.odometry) && Valid(c.slip) && c.slip_least > 0 && c.slip_start >= c.slip_least &&
+         c.slip_most >= c.slip_start && c.slip_learning >= 0 && c.yaw_scale_sigma >= 0 &&
+         c.yaw_scale_walk >= 0 && c.yaw_scale_max > 0 && c.yaw_scale_max < 1 &&
+         c.way_scale_sigma >= 0 && c.way_scale_walk >= 0 && c.way_scale_max > 0 &&
+         c.way_scale_max < 1 && c.slow_radps >= 0 && c.fast_radps > c.slow_radps && Valid(c.fix) &&
+         c.patience >= 0 && c.lost_m > 0 && c.lost_rad > 0;
 }
 
 /// Base pose from wheel odometry, corrected by registered scans: an extended Kalman filter over
-/// (x, y, phi, k), where the base turns (1 + k) times as far as its wheels tell.
+/// (x, y, phi, k_slow, k_fast, g), where the base turns 1 + k and drives 1 + g times as far as its
+/// wheels tell, with k between k_slow and k_fast by the rate of the turn.
 ///
 /// Prediction by the odometry's steps (s, t), each along its exact arc:
 ///
-///   pose <- pose (+) (s, (1 + k) t),   P <- F P F' + V diag(slip variances) V' + walk of k
+///   pose <- pose (+) ((1 + g) s, (1 + k) t),   P <- F P F' + f² (V diag(slip variances) V' + walk
+///   of k)
 ///
 /// A fix is older than the newest step when it comes. It corrects the state of its own instant,
 /// and the steps since are made again (at most kSteps):
 ///
-///   h = pose at the stamp, J = ∂h/∂state,   L = (I⁻¹ + Σ_fix)⁻¹,   I the fix's information
-///   S⁻¹ = (J P J' + L⁻¹)⁻¹,   state += P J' S⁻¹ (z - h),   P -= P J' S⁻¹ J P
+///   h = pose at the stamp, J = ∂h/∂state,   state += P J' S⁻¹ (z - h),   P -= P J' S⁻¹ J P
 ///
-/// S⁻¹ is computed from L = C C' as C (1 + C' J P J' C)⁻¹ C', which a direction without information
-/// leaves alone. A fix with (z - h)' S⁻¹ (z - h) above the gate is refused: it does not move the
-/// pose. But then one of both is wrong, so P is widened. A fix that lies is soon forgotten; when
-/// they all insist, the pose first gets unsure, then lost() stops the robot, unless it was the
-/// wheels that lied and the fixes fit the wider P. A scan that fits nowhere is a doubt of that
-/// kind.
+/// with S⁻¹ of GainOf(). How slippery the floor is, f, is not known either. Wheels that roll true
+/// are far better than fixes, which err the same way for as long as the view lasts; wheels on a wet
+/// floor are worse. So f follows the innovations y = z - h: with M = J P J' their part that is the
+/// wheels', the likelihood of y is greatest in f² where y' S⁻¹ M S⁻¹ y is its mean, tr(S⁻¹ M), and
+///
+///   ln f² += learning (y' S⁻¹ M S⁻¹ y / tr(S⁻¹ M) - 1)     after some way, and in bounds
+///
+/// A fix beyond the gate is refused: it does not move the pose. When it was the floor, f grows, and
+/// P with the way. When fixes go on to insist, P is widened: the pose gets unsure, then lost()
+/// stops the robot, unless the fixes fit the wider P. A scan that fits nowhere is such a doubt,
+/// too.
 ///
 /// No heap. Step: ~0.5 us. Correct: kSteps of these at most.
 class PoseFilter {
@@ -72,9 +87,13 @@ class PoseFilter {
   BasePose pose() const;
   /// Shortly after it, along its twist.
   BasePose Extrapolate(Time when) const;
-  double yaw_scale() const { return 1 + Newest().x(3); }
+  double yaw_scale_slow() const { return 1 + Newest().x(3); }
+  double yaw_scale_fast() const { return 1 + Newest().x(4); }
+  double way_scale() const { return 1 + Newest().x(5); }
+  /// How slippery the floor is, 1 as usual.
+  double slip() const;
 
-  /// The wheels alone.
+  /// The wheels alone; its covariance is by what the fixes told of the floor.
   const WheelOdometry& odometry() const { return odometry_; }
 
   /// The pose is too unsure to move by.
@@ -86,16 +105,20 @@ class PoseFilter {
  private:
   struct Moment {
     Time stamp{};
-    Vec<4> x = Vec<4>::Zero();
-    Mat<4, 4> P = Mat<4, 4>::Zero();
-    BaseStep step;  ///< from here to the next moment
+    Vec<6> x = Vec<6>::Zero();
+    Mat<6, 6> P = Mat<6, 6>::Zero();
+    BaseStep step;    ///< from here to the next moment
+    double fast = 0;  ///< k = (1 - fast) k_slow + fast k_fast on it
   };
 
   const Moment& Newest() const { return moments_[newest_]; }
   int Before(Time stamp) const;
   BaseStep StepTo(int i, Time stamp) const;
+  double Fast(double w_radps) const;
   void Predict(const Moment& from, Moment& to) const;
   void Replay(int from);
+  void Learn(const FixGain& gain, const Mat<3, 3>& M);
+  void TellOdometry();
   void Doubt(int i);
 
   PoseFilterConfig config_;
@@ -104,7 +127,10 @@ class PoseFilter {
   int newest_ = 0;
   int count_ = 1;
   BaseStep rate_;  ///< per second, by the last report
+  double slip_squared_;
+  double way_m_ = 0;  ///< of the wheels, since the last fix
   Time last_fix_{};
+  int doubts_ = 0;  ///< refused in a row
   std::uint64_t fixes_ = 0;
   std::uint64_t refused_ = 0;
 };

@@ -8,11 +8,17 @@
 namespace pipewright {
 
 ScanLocalizer::ScanLocalizer(const ScanLocalizerConfig& config)
-    : config_(config), map_(config.map) {}
+    : config_(config), map_(config.map), pipes_(config.pipes) {}
 
 /// Of the range: that of z, along the ray.
 float ScanLocalizer::Sigma(const Eigen::Vector3f& p_SQ) const {
   return static_cast<float>(config_.range_noise_1pm) * p_SQ.z() * p_SQ.norm();
+}
+
+/// phi at 1 m.
+double ScanLocalizer::Reach(const Mat<3, 3>& covariance) const {
+  return std::clamp(config_.reach_least_m + config_.reach_sigmas * std::sqrt(covariance.trace()),
+                    config_.reach_least_m, config_.reach_most_m);
 }
 
 /// Readings evenly over the image, as many as scan_ holds. @returns how many
@@ -49,31 +55,35 @@ void ScanLocalizer::Extend(const Cloud& cloud, const Isometry3d& X_WS) {
   }
 }
 
-Status ScanLocalizer::Step(const Cloud& cloud, const Isometry3d& X_BS, const Vector3d& guess,
+Status ScanLocalizer::Step(const Cloud& cloud, const Isometry3d& X_BS, const BasePose& guess,
                            PoseFix& fix) {
   ++counters_.scans;
   trusted_ = false;
+  pose_ = {guess.x_m, guess.y_m, guess.phi_rad};
+  const Vector3d before = pose_;
   const int count = Select(cloud);
   const std::span<const ScanPoint> scan(scan_.data(), static_cast<std::size_t>(count));
   RegistrationConfig config = config_.registration;
-  Status status = Register(map_, scan, X_BS, guess, config, fix, figures_);
-  if (status == Status::kFault || status == Status::kIterationLimit) {
-    config.reach_m = config_.far_reach_m;  // has it slipped?
-    status = Register(map_, scan, X_BS, guess, config, fix, figures_);
-  }
+  config.reach_m = Reach(guess.covariance);
+  const Status status = Register(map_, pipes_, scan, X_BS, before, config, fix, figures_);
   fix.stamp = cloud.stamp;
   if (status == Status::kOk) {
     ++counters_.fixes;
-    const Vector3d jump = fix.pose - guess;
-    trusted_ = jump.head<2>().norm() <= config_.jump_m && std::abs(jump.z()) <= config_.jump_rad;
+    const FixGain gain = GainOf(before, guess.covariance, fix, config_.fix);
+    if (gain.within_gate) {
+      pose_ += guess.covariance * (gain.S_inverse * gain.y);
+    }
+    const Vector3d jump = pose_ - before;
+    trusted_ = gain.within_gate && jump.head<2>().norm() <= config_.jump_m &&
+               std::abs(jump.z()) <= config_.jump_rad;
     if (trusted_) {
-      Extend(cloud, BaseAt(fix.pose) * X_BS);
+      Extend(cloud, BaseAt(pose_) * X_BS);
     } else {
       ++counters_.jumps;
     }
   } else if (status == Status::kUnavailable || status == Status::kInfeasible) {
     ++counters_.unknown;
-    Extend(cloud, BaseAt(guess) * X_BS);
+    Extend(cloud, BaseAt(pose_) * X_BS);
   } else {
     ++counters_.refused;
   }

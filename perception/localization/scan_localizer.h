@@ -5,18 +5,30 @@
 #include <cstdint>
 
 #include "perception/cloud/cloud.h"
+#include "perception/localization/fix_gain.h"
 #include "perception/localization/scan_registration.h"
 #include "perception/localization/surfel_map.h"
+#include "perception/localization/wheel_odometry.h"
 
 namespace pipewright {
 
 struct ScanLocalizerConfig {
   SurfelMapConfig map;
-  RegistrationConfig registration{.points_min = 60, .known_min = 0.3, .inliers_min = 0.8};
+  PipeLandmarkConfig pipes;
+  RegistrationConfig registration{.model_rad = 0.03,
+                                  .sigma_max = 2e-3,
+                                  .points_min = 60,
+                                  .known_min = 0.3,
+                                  .inliers_min = 0.88};
   double range_m = 2.5;             ///< farther readings are too noisy to be of use
   double range_noise_1pm = 3.8e-3;  ///< σ(z)/z²
-  double far_reach_m = 0.15;        ///< of a second try, when a frame does not fit
-  double jump_m = 0.05;             ///< a fix that far from the guess places no surfel
+  /// Reach of the registration: so many standard deviations of the guess, and a bit. A scan that
+  /// may look farther than the base can be finds places that only look like it.
+  double reach_sigmas = 2;
+  double reach_least_m = 3e-3;
+  double reach_most_m = 0.15;
+  FixNoiseConfig fix{};  ///< as the pose filter's
+  double jump_m = 0.05;  ///< a frame so far from the guess adds no surfel
   double jump_rad = 0.05;
 };
 
@@ -25,14 +37,15 @@ struct ScanLocalizerCounters {
   std::uint64_t fixes = 0;
   std::uint64_t unknown = 0;  ///< too little of it is on known surfaces, or that tells nothing
   std::uint64_t refused = 0;  ///< it did not settle, or does not fit
-  std::uint64_t jumps = 0;    ///< fixes far from the guess
+  std::uint64_t jumps = 0;    ///< fixes far from the guess, or beyond the gate
 };
 
 /// Finds the base by each depth frame among the surfaces that the frames before it showed, and adds
 /// what the frame shows: W is the frame in which the first one was taken.
 ///
-/// A frame is added where its own fix puts it; one that sees nothing known, where the guess does;
-/// one that does not fit, or jumps, not at all.
+/// A frame is added where guess and fix together put it, each as far as it is known: by fixes alone
+/// the reference would creep, a little with each. One that sees nothing known is added where the
+/// guess has it; one that does not fit, jumps, or is beyond the gate, not at all.
 class ScanLocalizer {
  public:
   static constexpr int kScanPoints = 1024;
@@ -40,12 +53,17 @@ class ScanLocalizer {
   explicit ScanLocalizer(const ScanLocalizerConfig& config = {});
 
   /// @param cloud  readings in S, X_WS not used
-  /// @param guess  (x, y, phi) of the base at the cloud's stamp
+  /// @param guess  of the base at the cloud's stamp, with its covariance
   /// @returns that of Register()
-  Status Step(const Cloud& cloud, const Isometry3d& X_BS, const Vector3d& guess, PoseFix& fix);
+  Status Step(const Cloud& cloud, const Isometry3d& X_BS, const BasePose& guess, PoseFix& fix);
 
-  /// Whether the last fix was near its guess.
+  /// (x, y, phi) by the last guess and its fix together.
+  const Vector3d& pose() const { return pose_; }
+  /// Whether the last frame was found near its guess.
   bool trusted() const { return trusted_; }
+
+  /// What is known of pipes, as of the last frame.
+  void Take(const Scene& scene) { pipes_.Update(scene); }
 
   const SurfelMap& map() const { return map_; }
   const ScanLocalizerCounters& counters() const { return counters_; }
@@ -54,13 +72,16 @@ class ScanLocalizer {
  private:
   int Select(const Cloud& cloud);
   void Extend(const Cloud& cloud, const Isometry3d& X_WS);
+  double Reach(const Mat<3, 3>& covariance) const;
   float Sigma(const Eigen::Vector3f& p_SQ) const;
 
   ScanLocalizerConfig config_;
   SurfelMap map_;
+  PipeLandmarks pipes_;
   std::array<ScanPoint, kScanPoints> scan_{};
   RegistrationFigures figures_;
   ScanLocalizerCounters counters_;
+  Vector3d pose_ = Vector3d::Zero();
   bool trusted_ = false;
 };
 

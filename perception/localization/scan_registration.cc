@@ -21,15 +21,16 @@ struct NormalEquations {
   double chi2 = 0;  ///< of the inliers
 };
 
-NormalEquations Linearise(const SurfelMap& map, std::span<const ScanPoint> scan,
-                          const Isometry3d& X_BS, const Vector3d& pose, double reach_m,
-                          const RegistrationConfig& config) {
+NormalEquations Linearise(const SurfelMap& map, const PipeLandmarks& pipes,
+                          std::span<const ScanPoint> scan, const Isometry3d& X_BS,
+                          const Vector3d& pose, double reach_m, const RegistrationConfig& config) {
   NormalEquations sum;
   const Isometry3d X_WS = BaseAt(pose) * X_BS;
   const Vector3d p_WS = X_WS.translation();
   for (const ScanPoint& point : scan) {
     const Vector3d p_WQ = X_WS * point.p_SQ.cast<double>();
-    const Surfel* surfel = map.Find(p_WQ);
+    Surfel of_pipe;
+    const Surfel* surfel = pipes.Find(p_WQ, of_pipe) ? &of_pipe : map.Find(p_WQ);
     if (surfel == nullptr) {
       continue;
     }
@@ -66,10 +67,11 @@ NormalEquations Linearise(const SurfelMap& map, std::span<const ScanPoint> scan,
 struct Solution {
   Vector3d step = Vector3d::Zero();
   Mat<3, 3> information = Mat<3, 3>::Zero();
+  Mat<3, 3> determined = Mat<3, 3>::Zero();  ///< projects on the directions that are
   int directions = 0;
 };
 
-Solution Solve(const NormalEquations& sum, double clear) {
+Solution Solve(const NormalEquations& sum, double clear, double information_min) {
   Solution solution;
   Eigen::SelfAdjointEigenSolver<Mat<3, 3>> solver;
   solver.computeDirect(sum.H);
@@ -77,10 +79,11 @@ Solution Solve(const NormalEquations& sum, double clear) {
     const Vector3d v = solver.eigenvectors().col(k);
     const double told = v.dot(sum.H * v);
     const double feigned = v.dot(sum.H_false * v);
-    if (!(told > 0) || told < clear * feigned) {
+    if (!(told > 0) || told < clear * feigned || told - feigned < information_min) {
       continue;
     }
     ++solution.directions;
+    solution.determined += v * v.transpose();
     solution.step -= v * (v.dot(sum.g) / told);
     solution.information += (told - feigned) * v * v.transpose();
   }
@@ -100,9 +103,9 @@ Isometry3d BaseAt(const Vector3d& pose) {
   return X_WB;
 }
 
-Status Register(const SurfelMap& map, std::span<const ScanPoint> scan, const Isometry3d& X_BS,
-                const Vector3d& guess, const RegistrationConfig& config, PoseFix& fix,
-                RegistrationFigures& figures) {
+Status Register(const SurfelMap& map, const PipeLandmarks& pipes, std::span<const ScanPoint> scan,
+                const Isometry3d& X_BS, const Vector3d& guess, const RegistrationConfig& config,
+                PoseFix& fix, RegistrationFigures& figures) {
   assert(Valid(config));
   figures = {};
   if (!Finite(X_BS, guess)) {
@@ -118,12 +121,12 @@ Status Register(const SurfelMap& map, std::span<const ScanPoint> scan, const Iso
   bool settled = false;
   while (!settled && figures.iterations < config.iterations) {
     ++figures.iterations;
-    sum = Linearise(map, scan, X_BS, pose, reach_m, config);
+    sum = Linearise(map, pipes, scan, X_BS, pose, reach_m, config);
     if (!enough(sum.associated)) {
       figures.associated = sum.associated;
       return Status::kUnavailable;
     }
-    const Vector3d step = Solve(sum, config.clear).step;
+    const Vector3d step = Solve(sum, config.clear, 0).step;
     if (!step.allFinite()) {
       return Status::kOutOfRange;
     }
@@ -132,8 +135,7 @@ Status Register(const SurfelMap& map, std::span<const ScanPoint> scan, const Iso
               std::abs(step.z()) < config.step_rad;
     reach_m = reach_m > kSettled_m ? reach_m / 2 : 0;
   }
-  fix.pose = pose;
-  sum = Linearise(map, scan, X_BS, pose, 0, config);
+  sum = Linearise(map, pipes, scan, X_BS, pose, 0, config);
   figures.associated = sum.associated;
   figures.inlier_share = sum.associated > 0 ? 1.0 * sum.inliers / sum.associated : 0;
   figures.chi2 = sum.inliers > 0 ? sum.chi2 / sum.inliers : 0;
@@ -146,11 +148,12 @@ Status Register(const SurfelMap& map, std::span<const ScanPoint> scan, const Iso
   if (figures.inlier_share < config.inliers_min) {
     return Status::kFault;
   }
-  const Solution solution = Solve(sum, config.clear);
+  const Solution solution = Solve(sum, config.clear, 1 / (config.sigma_max * config.sigma_max));
   figures.directions = solution.directions;
   if (solution.directions == 0) {
     return Status::kInfeasible;
   }
+  fix.pose = guess + solution.determined * (pose - guess);
   fix.information = solution.information / std::max(1.0, figures.chi2);
   return Status::kOk;
 }

@@ -3,6 +3,7 @@
 
 #include <span>
 
+#include "perception/localization/pipe_landmarks.h"
 #include "perception/localization/surfel_map.h"
 #include "platform/core/frames.h"
 #include "platform/core/status.h"
@@ -30,9 +31,10 @@ struct RegistrationConfig {
   double reach_m = 0.03;  ///< of the first step's robust kernel; halved at each step
   double step_m = 2e-4;   ///< the last step is smaller
   double step_rad = 2e-4;
-  double model_m = 2e-3;      ///< what a surfel's place is no better than
-  double model_rad = 0.05;    ///< and its normal, for surfaces are not quite flat
-  double clear = 8;           ///< by how much information must exceed what false normals feign
+  double model_m = 2e-3;    ///< what a surfel's place is no better than
+  double model_rad = 0.05;  ///< and its normal, for surfaces are not quite flat
+  double clear = 8;         ///< by how much information must exceed what false normals feign
+  double sigma_max = 0.1;   ///< of a direction, phi at 1 m; one less known has too much else in it
   double view_cosine = 0.15;  ///< between ray and normal: less is too grazing
   int points_min = 100;
   double known_min = 0;      ///< share of the scan that must lie on known surfaces
@@ -41,8 +43,9 @@ struct RegistrationConfig {
 
 constexpr bool Valid(const RegistrationConfig& c) {
   return c.iterations > 0 && c.reach_m >= 0 && c.step_m > 0 && c.step_rad > 0 && c.model_m > 0 &&
-         c.model_rad >= 0 && c.clear > 1 && c.view_cosine >= 0 && c.points_min >= 3 &&
-         c.known_min >= 0 && c.known_min <= 1 && c.inliers_min >= 0 && c.inliers_min <= 1;
+         c.model_rad >= 0 && c.clear > 1 && c.sigma_max > 0 && c.view_cosine >= 0 &&
+         c.points_min >= 3 && c.known_min >= 0 && c.known_min <= 1 && c.inliers_min >= 0 &&
+         c.inliers_min <= 1;
 }
 
 struct RegistrationFigures {
@@ -56,10 +59,10 @@ struct RegistrationFigures {
 /// X_WB of a base at (x, y, phi).
 Isometry3d BaseAt(const Vector3d& pose);
 
-/// Moves the base in the plane until the scan lies on the map's surfels.
+/// Moves the base in the plane until the scan lies on the pipes and the map's surfels.
 ///
 /// The camera is fixed in B by the arm's joints (X_BS), so that only (x, y, phi) is free. With the
-/// point q = R(phi) p_BQ + (x, y, 0) and its surfel (p, n):
+/// point q = R(phi) p_BQ + (x, y, 0) and its surfel (p, n), or a pipe's surface at q:
 ///
 ///   r = n'(q - p),   J = ∂r/∂(x, y, phi) = B n,   B = [x', y', (z × R p_BQ)']
 ///   σ² = σ_range² (n'ray)² + σ²(n'p) + σ²(n) |q - p|² + rough² + model_m²
@@ -75,15 +78,15 @@ Isometry3d BaseAt(const Vector3d& pose);
 ///
 /// So H = Σ w J J' is split into its eigenvectors (with phi as a way at 1 m), and one whose
 /// information is not `clear` times what is feigned is left out: the base is not moved along it,
-/// and it has no information in the fix. The rest is what is stated, less H_false, over chi2
-/// where the fit is worse than the noise.
+/// and it has no information in the fix; nor has one that is less known than sigma_max. The rest is
+/// what is stated, less H_false, over chi2 where the fit is worse than the noise.
 ///
 /// Cost: iterations * points * up to seven look-ups. No heap.
 /// @returns kUnavailable: too few points on known surfaces; kIterationLimit: it did not settle;
 ///          kFault: too few inliers; kInfeasible: no direction is determined; kOutOfRange: not
 ///          finite. `fix` is then not to be used.
-Status Register(const SurfelMap& map, std::span<const ScanPoint> scan, const Isometry3d& X_BS,
-                const Vector3d& guess, const RegistrationConfig& config, PoseFix& fix,
-                RegistrationFigures& figures);
+Status Register(const SurfelMap& map, const PipeLandmarks& pipes, std::span<const ScanPoint> scan,
+                const Isometry3d& X_BS, const Vector3d& guess, const RegistrationConfig& config,
+                PoseFix& fix, RegistrationFigures& figures);
 
 }  // namespace pipewright

@@ -11,7 +11,7 @@ namespace pipewright {
 namespace {
 
 constexpr double kFar_cells = 1e5;
-constexpr double kNoiseShare = 2;  ///< λ_0 may be this much above what the noise explains
+constexpr double kNoiseSigmas = 3;  ///< λ_0 may be this much above what the noise explains
 
 bool IsPowerOfTwo(int n) { return (n & (n - 1)) == 0; }
 
@@ -139,8 +139,9 @@ void SurfelMap::Fit(Cell& cell, const Vector3d& p_WS) const {
   const double noise = sum.count / sum.w / unit2;  // the harmonic mean of σ²
   const double across = std::max(lambda(0), noise);
   const double tilt = across / (sum.count * lambda(1));
+  const double chance = 1 + kNoiseSigmas * std::sqrt(2.0 / sum.count);
   cell.has_surfel = lambda(1) > config_.spread * config_.spread &&
-                    lambda(0) < kNoiseShare * noise + config_.bend * config_.bend &&
+                    lambda(0) < chance * noise + config_.bend * config_.bend &&
                     tilt < config_.tilt_rad * config_.tilt_rad;
   if (!cell.has_surfel) {
     return;

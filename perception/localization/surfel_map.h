@@ -14,7 +14,7 @@ struct SurfelMapConfig {
   double cell_m = 0.05;
   int count_min = 8;      ///< points of a cell before a surfel is fitted
   int count_max = 64;     ///< points after which the cell takes no more: the reference stands
-  double bend = 0.1;      ///< of cell_m: how far a surface may depart from its plane
+  double bend = 0.04;     ///< of cell_m: how far a surface may depart from its plane
   double spread = 0.4;    ///< of cell_m: least standard deviation of the points along the surface
   double tilt_rad = .05;  ///< largest standard deviation of the normal
 };

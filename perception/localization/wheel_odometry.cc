@@ -121,9 +121,9 @@ void WheelOdometry::Advance(double left_m, double right_m) {
   const double driven = std::fabs(d.forward_m);
   const double turned = std::fabs(d.turn_rad);
   const auto squared = [](double x) { return x * x; };
-  const double forward_var = squared(config_.slip_m) * driven;
+  const double forward_var = squared(config_.slip.m) * driven;
   const double turn_var =
-      squared(config_.slip_rad_per_m) * driven + squared(config_.slip_rad_per_rad) * turned;
+      squared(config_.slip.rad_per_m) * driven + squared(config_.slip.rad_per_rad) * turned;
   Mat<3, 3> F = Mat<3, 3>::Identity();
   F(0, 2) = -d.forward_m * s;
   F(1, 2) = d.forward_m * c;

@@ -9,21 +9,28 @@
 
 namespace pipewright {
 
+/// Slip, as the standard deviation after 1 m driven or 1 rad turned; it grows with the root.
+struct WheelSlip {
+  double m = 0.01;
+  double rad_per_m = 0.01;
+  double rad_per_rad = 0.01;
+};
+
+constexpr bool Valid(const WheelSlip& s) {
+  return s.m >= 0 && s.rad_per_m >= 0 && s.rad_per_rad >= 0;
+}
+
 struct WheelOdometryConfig {
   double track_m = 0.35;       ///< between the drive wheels' contact points
   double quantum_m = 1e-3;     ///< of the cumulative wheel distances
   double max_wheel_mps = 2.5;  ///< a wheel that went faster was not turning: its counter was reset
   Duration max_gap = std::chrono::milliseconds(100);  ///< longer, and speeds are not integrated
-
-  /// Slip, as the standard deviation after 1 m driven or 1 rad turned; it grows with the root.
-  double slip_m = 0.01;
-  double slip_rad_per_m = 0.01;
-  double slip_rad_per_rad = 0.01;
+  WheelSlip slip{};
 };
 
 constexpr bool Valid(const WheelOdometryConfig& c) {
   return c.track_m > 0 && c.quantum_m > 0 && c.max_wheel_mps > 0 && c.max_gap > Duration::zero() &&
-         c.slip_m >= 0 && c.slip_rad_per_m >= 0 && c.slip_rad_per_rad >= 0;
+         Valid(c.slip);
 }
 
 /// A short way of the base: arc length, and the turn on it.
@@ -63,6 +70,9 @@ class WheelOdometry {
   /// kOutOfRange: not finite; ignored. kStale: not newer than the last; ignored.
   /// kFault: a wheel distance jumped; this step went by the twist alone, the next is normal.
   Status Step(Time now, double v_mps, double w_radps, double left_m, double right_m);
+
+  /// How the wheels slip from here on.
+  void Slips(const WheelSlip& slip) { config_.slip = slip; }
 
   const BasePose& pose() const { return pose_; }
   /// By how much the last Step moved the pose.

@@ -10,7 +10,7 @@ ControlTaskConfig TaskConfig(const LoopConfig& config) {
   task.start.x_m = config.x_m;
   task.start.y_m = config.y_m;
   task.start.phi_rad = config.phi_rad;
-  task.odometry.track_m = TracerUf7().base.track_m;
+  task.localization.odometry.track_m = TracerUf7().base.track_m;
   task.law.constraints.period_s = config.period_s;
   task.law.reached = config.reached;
   task.arm.cycle_ms = config.arm_cycle_ms;

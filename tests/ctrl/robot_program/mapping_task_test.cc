@@ -88,7 +88,7 @@ TEST(MappingTask, BuildsTheMapThatOctomapBuildsFromTheSameFrames) {
     points += static_cast<int>(scan.points_W.size());
     test::InsertOctomap(&tree, scan);
     const StateHistory history = Moving(q, q, frame->stamp - milliseconds(50));
-    ASSERT_EQ(task->Step(*frame, history), Status::kOk);
+    ASSERT_EQ(task->Step(*frame, {.states = history}), Status::kOk);
     ASSERT_EQ(test::Difference(task->map(), tree), "") << "after frame " << n;
   }
   EXPECT_GT(points, 10'000);
@@ -112,7 +112,7 @@ TEST(MappingTask, PlacesAFrameWhereTheRobotWasInTheMiddleOfItsExposure) {
   to(3) += 0.3;
   eye.Shoot(HomeAtOrigin(), *frame);
   const StateHistory history = Moving(from, to, frame->stamp - milliseconds(50));
-  ASSERT_EQ(task->Step(*frame, history), Status::kOk);
+  ASSERT_EQ(task->Step(*frame, {.states = history}), Status::kOk);
   octomap::OcTree tree(config.map.width_m);
   const auto middle = history.At(frame->stamp, config.max_extrapolation);
   ASSERT_TRUE(middle);
@@ -167,17 +167,17 @@ TEST(MappingTask, DropsAndCountsAFrameWhosePoseIsNotKnown) {
   const Configuration q = HomeAtOrigin();
   const Duration beyond = Config().max_extrapolation + milliseconds(1);
 
-  EXPECT_EQ(task->Step(*frame, StateHistory()), Status::kStale);
+  EXPECT_EQ(task->Step(*frame, {.states = StateHistory()}), Status::kStale);
   const StateHistory too_new = Moving(q, q, frame->stamp + milliseconds(1));
-  EXPECT_EQ(task->Step(*frame, too_new), Status::kStale);
+  EXPECT_EQ(task->Step(*frame, {.states = too_new}), Status::kStale);
   const StateHistory too_old = Moving(q, q, frame->stamp - milliseconds(100) - beyond);
-  EXPECT_EQ(task->Step(*frame, too_old), Status::kStale);
+  EXPECT_EQ(task->Step(*frame, {.states = too_old}), Status::kStale);
   StateHistory not_valid;
   RobotState state;
   state.q = q;
   state.stamp = frame->stamp;
   not_valid.Add(state);
-  EXPECT_EQ(task->Step(*frame, not_valid), Status::kStale);
+  EXPECT_EQ(task->Step(*frame, {.states = not_valid}), Status::kStale);
 
   EXPECT_EQ(task->counters().frames, 4U);
   EXPECT_EQ(task->counters().without_pose, 4U);
@@ -185,7 +185,7 @@ TEST(MappingTask, DropsAndCountsAFrameWhosePoseIsNotKnown) {
 
   const StateHistory just_in_reach =
       Moving(q, q, frame->stamp - milliseconds(100) - beyond + milliseconds(1));
-  EXPECT_EQ(task->Step(*frame, just_in_reach), Status::kOk);
+  EXPECT_EQ(task->Step(*frame, {.states = just_in_reach}), Status::kOk);
   EXPECT_NE(task->map().revision(), revision);
 }
 
@@ -197,7 +197,7 @@ TEST(MappingTask, RefusesAndCountsAFrameThatMakesNoSense) {
   frame->camera.width = -3;
   const std::uint64_t revision = task->map().revision();
   const StateHistory history = Moving(HomeAtOrigin(), HomeAtOrigin(), frame->stamp);
-  EXPECT_EQ(task->Step(*frame, history), Status::kMalformed);
+  EXPECT_EQ(task->Step(*frame, {.states = history}), Status::kMalformed);
   EXPECT_EQ(task->counters().refused, 1U);
   EXPECT_EQ(task->map().revision(), revision);
 }
@@ -213,7 +213,7 @@ TEST(MappingTask, TakesNothingFromTheHeapWhileItRuns) {
     if (n == 0) {
       task->Start(Posture(0));
     }
-    ASSERT_EQ(task->Step(*frame, history), Status::kOk);
+    ASSERT_EQ(task->Step(*frame, {.states = history}), Status::kOk);
   }
   EXPECT_GT(task->scene().planes.size(), 0);  // the tracker was at work, too
 }

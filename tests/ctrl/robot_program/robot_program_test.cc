@@ -23,7 +23,7 @@ struct Trial {
   explicit Trial(bool shared = false) : bench(shared) {
     RobotProgramConfig config;
     config.start_joints_rad = HomeJoints(TracerUf7());
-    config.control.odometry.track_m = TracerUf7().base.track_m;
+    config.control.localization.odometry.track_m = TracerUf7().base.track_m;
     config.control.law.reached = 0.02;
     config.mapping.map = test::SmallMap();
     config.mission = DefaultMission();

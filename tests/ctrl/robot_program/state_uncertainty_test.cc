@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <vector>
 
 #include "platform/core/rng.h"
@@ -14,13 +15,21 @@ namespace {
 
 using std::chrono::milliseconds;
 
+/// As if no scan had ever corrected the pose.
+BaseBelief ByWheels(const WheelOdometry& odometry) {
+  const BasePose& pose = odometry.pose();
+  return {.by_wheels = pose,
+          .phi_rad = pose.phi_rad,
+          .covariance = pose.covariance + 1e3 * Matrix3d::Identity()};
+}
+
 /// A base that drives ahead at 0.5 m/s and reports every 20 ms.
 struct Drive {
   void To(int report) {
     for (; k <= report; ++k) {
       const double way_m = 0.01 * k;
       EXPECT_EQ(odometry.Step(Time{milliseconds(20 * k)}, 0.5, 0, way_m, way_m), Status::kOk);
-      uncertainty.Add(odometry.pose());
+      uncertainty.Add(ByWheels(odometry));
       poses.push_back(odometry.pose());
     }
   }
@@ -124,7 +133,7 @@ TEST(StateUncertainty, IsTheSpreadOfWhatTheWheelsSlippedSince) {
               Status::kOk);
     left_m += 0.02 * (0.4 - turn_radps * config.track_m / 2);
     right_m += 0.02 * (0.4 + turn_radps * config.track_m / 2);
-    uncertainty.Add(odometry.pose());
+    uncertainty.Add(ByWheels(odometry));
     held.push_back(odometry.pose());
     const Time stamp{milliseconds(20 * k)};
     now = &uncertainty.Since(SceneOf(stamp, std::min(stamp, Time{milliseconds(20 * kPlaneSeen)}),
@@ -143,10 +152,10 @@ TEST(StateUncertainty, IsTheSpreadOfWhatTheWheelsSlippedSince) {
         const double step =
             std::hypot(held[k + 1].x_m - held[k].x_m, held[k + 1].y_m - held[k].y_m);
         const double turn = held[k + 1].phi_rad - held[k].phi_rad;
-        const double forward = step + config.slip_m * std::sqrt(step) * rng.Normal();
+        const double forward = step + config.slip.m * std::sqrt(step) * rng.Normal();
         const double turned =
-            turn + rng.Normal() * std::sqrt(std::pow(config.slip_rad_per_m, 2) * step +
-                                            std::pow(config.slip_rad_per_rad, 2) * std::abs(turn));
+            turn + rng.Normal() * std::sqrt(std::pow(config.slip.rad_per_m, 2) * step +
+                                            std::pow(config.slip.rad_per_rad, 2) * std::abs(turn));
         x += forward * std::cos(phi + turned / 2);
         y += forward * std::sin(phi + turned / 2);
         phi += turned;
@@ -172,6 +181,45 @@ TEST(StateUncertainty, BeforeTheFirstReportOnlyTheJointsAreUnsure) {
   const WheelOdometry odometry;
   EXPECT_TRUE(uncertainty.Since(Scene{}, odometry).base.isZero(0));
   EXPECT_NEAR(uncertainty.Since(Scene{}, odometry).joint_rad2(0), 1e-6, 1e-15);
+}
+
+/// The pipe out of view since the first report is as far off as the corrected pose may be, then and
+/// now, and not as the wheels have slipped since.
+TEST(StateUncertainty, DoesNotGrowBeyondThatOfThePoseWhileScansCorrectIt) {
+  Drive drive;
+  const double corrected_m2 = 4e-6;
+  const Matrix3d held = corrected_m2 * Matrix3d::Identity();
+  StateUncertainty uncertainty(0);
+  Time now{};
+  for (int report = 0; report <= 400; ++report) {
+    drive.To(report);
+    now = Time{milliseconds(20 * report)};
+    const BasePose& pose = drive.odometry.pose();
+    uncertainty.Add({.by_wheels = pose, .phi_rad = pose.phi_rad, .covariance = held});
+    (void)uncertainty.Since(SceneOf(now, now, Time{}), drive.odometry);
+  }
+  const StateCovariance& after = uncertainty.Since(SceneOf(now, now, Time{}), drive.odometry);
+  EXPECT_EQ(after.ToPipe(0), 2 * held);
+  EXPECT_EQ(after.ToPlane(0), drive.odometry.CovarianceSince(drive.odometry.pose()));
+}
+
+/// With the heading that the wheels tell a quarter turn behind, what they slip ahead is across.
+TEST(StateUncertainty, TurnsTheWheelsCovarianceIntoTheWorld) {
+  Drive drive;
+  StateUncertainty uncertainty(0);
+  for (int report = 0; report <= 50; ++report) {
+    drive.To(report);
+    BaseBelief belief = ByWheels(drive.odometry);
+    belief.phi_rad += std::numbers::pi / 2;
+    uncertainty.Add(belief);
+  }
+  const Matrix3d by_wheels = drive.odometry.CovarianceSince(drive.poses[10]);
+  const Matrix3d in_world =
+      uncertainty.Since(SceneAt(Time{milliseconds(200)}), drive.odometry).base;
+  ASSERT_GT(by_wheels(0, 0), 2 * by_wheels(1, 1));
+  EXPECT_NEAR(in_world(1, 1), by_wheels(0, 0), 1e-12);
+  EXPECT_NEAR(in_world(0, 0), by_wheels(1, 1), 1e-12);
+  EXPECT_NEAR(in_world(2, 2), by_wheels(2, 2), 1e-12);
 }
 
 }  // namespace

@@ -263,6 +263,25 @@ TEST(DepthCamera, StampsFramesAtItsRateAndRepeatsThemFromTheSeed) {
   }
 }
 
+TEST(DepthCamera, LosesAShareOfTheFramesTheSameWayForASeed) {
+  CameraSpec spec;
+  spec.lost_fraction = 0.3;
+  DepthCamera a(spec, {Wall(1)}, kNoRobot, 7);
+  DepthCamera b(spec, {Wall(1)}, kNoRobot, 7);
+  std::uint32_t last = 0;
+  constexpr int kFrames = 100;
+  for (int k = 0; k < kFrames; ++k) {
+    const Time due = a.next_stamp();
+    const auto x = Shoot(a);
+    EXPECT_EQ(x->stamp, due);
+    EXPECT_NEAR(ToSeconds(x->stamp), x->sequence / 15.0, 1e-9);
+    EXPECT_EQ(x->sequence, Shoot(b)->sequence);
+    last = x->sequence;
+  }
+  // 143 at the mean; 3.3 standard deviations of the number that a hundred frames take.
+  EXPECT_NEAR(last, kFrames / 0.7, 26);
+}
+
 TEST(ShippedScenarios, ShowNoPipeAtTheStart) {
   const RobotDescription description = TracerUf7Description();
   const RobotBodies robot = RobotBodiesOf(description);

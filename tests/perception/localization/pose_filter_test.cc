@@ -88,21 +88,22 @@ TEST(PoseFilter, AFixAtStandstillIsTheInformationWeightedMean) {
   ASSERT_EQ(filter.Step(Time{milliseconds(5)}, 0, 0, 0, 0), Status::kOk);
   ASSERT_EQ(filter.Correct(fix), Status::kOk);
 
-  Mat<3, 3> R = fix.information.inverse();
+  const Mat<3, 3> of_points = (config.fix.share * fix.information).inverse();
+  Mat<3, 3> R = of_points;
   R.diagonal() +=
-      Vector3d(config.fix_sigma_m * config.fix_sigma_m, config.fix_sigma_m * config.fix_sigma_m,
-               config.fix_sigma_rad * config.fix_sigma_rad);
+      Vector3d(config.fix.sigma_m * config.fix.sigma_m, config.fix.sigma_m * config.fix.sigma_m,
+               config.fix.sigma_rad * config.fix.sigma_rad);
   const Mat<3, 3> prior = start.covariance.inverse();
   const Mat<3, 3> posterior = (prior + R.inverse()).inverse();
   const Vector3d expected = posterior * (prior * Vector3d(1, 2, 0.5) + R.inverse() * fix.pose);
   EXPECT_LT((PoseOf(filter) - expected).cwiseAbs().maxCoeff(), 1e-8);
-  const Mat<3, 3> stated = filter.pose().covariance - R + fix.information.inverse();
+  const Mat<3, 3> stated = filter.pose().covariance - R + of_points;
   EXPECT_LT((stated - posterior).cwiseAbs().maxCoeff(), 1e-9);
 }
 
 TEST(PoseFilter, ADirectionWithoutInformationStaysAsItWas) {
   const PoseFilterConfig config = Fine();
-  const double shared_m2 = config.fix_sigma_m * config.fix_sigma_m;
+  const double shared_m2 = config.fix.sigma_m * config.fix.sigma_m;
   PoseFilter filter(config);
   BasePose start;
   start.covariance = Vector3d(1e-4, 1e-4, 1e-4).asDiagonal();
@@ -113,7 +114,7 @@ TEST(PoseFilter, ADirectionWithoutInformationStaysAsItWas) {
   const Vector3d along(-0.5, std::sqrt(0.75), 0);
   const PoseFix fix{.stamp = Time{milliseconds(5)},
                     .pose = 0.01 * n + 3 * along,
-                    .information = 1e6 * n * n.transpose()};
+                    .information = 1e6 / config.fix.share * n * n.transpose()};
   ASSERT_EQ(filter.Correct(fix), Status::kOk);
   EXPECT_NEAR(PoseOf(filter).dot(n), 0.01, 5e-4);
   EXPECT_NEAR(PoseOf(filter).dot(along), 0, 1e-7);
@@ -179,7 +180,8 @@ TEST(PoseFilter, LearnsHowMuchFartherTheBaseTurnsThanItsWheelsTell) {
                               .information = Information(1e-3, 1e-3)});
       }
     }
-    EXPECT_NEAR(filter.yaw_scale(), scale, 0.015);
+    EXPECT_NEAR(filter.yaw_scale_slow(), scale, 0.015);
+    EXPECT_NEAR(filter.yaw_scale_fast(), scale, 0.015);
     // Then the lights go out for a turn of 90 degrees, which the wheels tell 5 % wrong.
     for (int k = 0; k < 157; ++k) {
       (void)drive.Run(filter, 0, 0.5, scale);
@@ -193,8 +195,13 @@ TEST(PoseFilter, LearnsHowMuchFartherTheBaseTurnsThanItsWheelsTell) {
 /// error squared over the stated covariance must be chi-square of three degrees of freedom.
 TEST(PoseFilter, StatesItsErrorsCovariance) {
   PoseFilterConfig config = Fine();
-  config.fix_sigma_m = config.fix_sigma_rad = 1e-6;  // what fixes share is no noise of each
-  config.gate = 100;  // of thousands of fixes, one in 7e4 is beyond the usual one by chance
+  config.fix.sigma_m = config.fix.sigma_rad = 1e-6;  // what fixes share is no noise of each
+  config.fix.share = 1;
+  config.slip_learning = 0;  // the floor is as slippery as it says,
+  config.way_scale_sigma = config.way_scale_walk = 0;
+  config.slow_radps = 10;  // and one yaw scale is that of all speeds
+  config.fast_radps = 20;
+  config.fix.gate = 100;  // of thousands of fixes, one in 7e4 is beyond the usual one by chance
   constexpr int kDrives = 300;
   constexpr int kPeriod = 5;  // reports to a fix
   double sum = 0;
@@ -212,11 +219,11 @@ TEST(PoseFilter, StatesItsErrorsCovariance) {
       const double t = 0.01 * std::sin(0.1 * k + drive);
       left += s - t * kTrack_m / 2;
       right += s + t * kTrack_m / 2;
-      const double s_true = s + config.slip_m * std::sqrt(s) * rng.Normal();
+      const double s_true = s + config.slip.m * std::sqrt(s) * rng.Normal();
       const double t_true =
           scale * t +
-          rng.Normal() * std::sqrt(config.slip_rad_per_m * config.slip_rad_per_m * s +
-                                   config.slip_rad_per_rad * config.slip_rad_per_rad * std::abs(t));
+          rng.Normal() * std::sqrt(config.slip.rad_per_m * config.slip.rad_per_m * s +
+                                   config.slip.rad_per_rad * config.slip.rad_per_rad * std::abs(t));
       scale += config.yaw_scale_walk * std::sqrt(std::abs(t)) * rng.Normal();
       truth += Vector3d(s_true * std::cos(truth.z() + t_true / 2),
                         s_true * std::sin(truth.z() + t_true / 2), t_true);
@@ -279,7 +286,7 @@ TEST(PoseFilter, FixesThatInsistMakeItUnsureBeforeTheyMoveIt) {
     const double now_m = std::sqrt(filter.pose().covariance(0, 0));
     EXPECT_GT(now_m, sigma_m);
     sigma_m = now_m;
-    ASSERT_LT(refusals, 20);
+    ASSERT_LT(refusals, 45);  // three seconds
   }
   EXPECT_GE(refusals, 3);
   EXPECT_GT(sigma_m, 0.06 / 6);  // it was unsure enough to believe it
@@ -290,7 +297,7 @@ TEST(PoseFilter, FixesThatInsistMakeItUnsureBeforeTheyMoveIt) {
   EXPECT_FALSE(filter.lost());
 
   // Two metres are more than it may believe: it gets lost on the way, and the robot stops.
-  for (int k = 0; k < 30 && !filter.lost(); ++k) {
+  for (int k = 0; k < 75 && !filter.lost(); ++k) {
     EXPECT_EQ(see(Vector3d(2, 0, 0)), Status::kInfeasible);
   }
   EXPECT_TRUE(filter.lost());
@@ -314,7 +321,7 @@ TEST(PoseFilter, ScansThatFitNowhereMakeItLostWithoutMovingIt) {
     ++scans;
   }
   EXPECT_GT(scans, 5);   // one or two are nothing yet
-  EXPECT_LT(scans, 30);  // two seconds
+  EXPECT_LT(scans, 75);  // five seconds
 }
 
 TEST(PoseFilter, GetsLostWhenTheWheelsAloneTellForLong) {
@@ -326,7 +333,7 @@ TEST(PoseFilter, GetsLostWhenTheWheelsAloneTellForLong) {
     ++reports;
   }
   EXPECT_GT(drive.truth.x(), 1.0);
-  EXPECT_LT(drive.truth.x(), 6.0);
+  EXPECT_LT(drive.truth.x(), 20.0);
 }
 
 TEST(PoseFilter, RefusesWhatIsNoNumberTooOldOrNotYet) {

@@ -92,14 +92,15 @@ Status Match(const Points& fixed, const Points& moved, const Vector3d& guess, Po
   fix.pose = guess;
   Status status = Status::kUnavailable;
   for (const double cell_m : {0.4, 0.2}) {
-    const auto map = std::make_unique<SurfelMap>(SurfelMapConfig{.cell_m = cell_m});
+    const auto map = std::make_unique<SurfelMap>(SurfelMapConfig{.cell_m = cell_m, .bend = 0.1});
     for (const Eigen::Vector3f& p : fixed) {
       (void)map->Add(p.cast<double>(), kSigma_m, Vector3d::Zero());
     }
     RegistrationConfig config{.iterations = 60, .reach_m = cell_m};
     RegistrationFigures figures;
     const Vector3d from = fix.pose;
-    status = Register(*map, scan, Isometry3d::Identity(), from, config, fix, figures);
+    status =
+        Register(*map, PipeLandmarks(), scan, Isometry3d::Identity(), from, config, fix, figures);
   }
   return status;
 }

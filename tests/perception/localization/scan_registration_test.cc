@@ -163,10 +163,11 @@ TEST(SurfelMap, RefusesWhatIsNoPointAndWhatItHasNoRoomFor) {
 class Registration : public testing::Test {
  protected:
   Status FromGuess(const std::vector<ScanPoint>& scan, const Vector3d& guess) {
-    return Register(*map_, scan, Mount(), guess, {}, fix_, figures_);
+    return Register(*map_, pipes_, scan, Mount(), guess, {}, fix_, figures_);
   }
 
   const std::unique_ptr<SurfelMap> map_ = std::make_unique<SurfelMap>();
+  PipeLandmarks pipes_;
   Rng rng_{4};
   PoseFix fix_;
   RegistrationFigures figures_;
@@ -250,7 +251,8 @@ TEST_F(Registration, RefusesAScanOfAnotherPlaceAndOneOfTheUnknown) {
   RegistrationConfig config;
   EXPECT_EQ(FromGuess(torn, {0.2, 0.1, 0}), Status::kIterationLimit);
   config.iterations = 200;
-  EXPECT_EQ(Register(*map_, torn, Mount(), {0.2, 0.1, 0}, config, fix_, figures_), Status::kFault);
+  EXPECT_EQ(Register(*map_, pipes_, torn, Mount(), {0.2, 0.1, 0}, config, fix_, figures_),
+            Status::kFault);
 }
 
 TEST_F(Registration, OutliersDoNotMoveIt) {
@@ -263,6 +265,36 @@ TEST_F(Registration, OutliersDoNotMoveIt) {
   ASSERT_EQ(FromGuess(scan, truth + Vector3d(0.02, -0.02, 0.02)), Status::kOk);
   EXPECT_LT((fix_.pose - truth).head<2>().norm(), 4e-3);
   EXPECT_LT(std::abs(fix_.pose.z() - truth.z()), 4e-3);
+}
+
+/// Along a corridor only the riser in it tells, as seen from one side.
+TEST_F(Registration, APipeHoldsTheBaseWhereWallsDoNot) {
+  Fill(*map_, kCorridor, Vector3d::Zero(), 0.005, rng_);
+  PipeEstimate riser;
+  riser.p_W = {1.2, 0.3, 0.5};
+  riser.l_W = Vector3d::UnitZ();
+  riser.radius_m = 0.06;
+  riser.extent_lo_m = -0.6;
+  riser.extent_hi_m = 1;
+  riser.frames_seen = 100;
+  Scene scene;
+  ASSERT_TRUE(scene.pipes.push_back(riser));
+  pipes_.Update(scene);
+  const Vector3d truth(0.3, 0.1, 0.1);
+  const Isometry3d X_WS = BaseAt(truth) * Mount();
+  auto scan = Look(kCorridor, X_WS, 1000, 0.005, rng_);
+  for (int i = 0; i < 300; ++i) {
+    const double at_rad = rng_.Uniform(0.7 * M_PI, 1.3 * M_PI);  // the side towards the base
+    const Vector3d n(std::cos(at_rad), std::sin(at_rad), 0);
+    const Vector3d p = riser.p_W + 0.06 * n + Vector3d(0, 0, rng_.Uniform(-0.4, 0.6));
+    const Vector3d ray = (p - X_WS.translation()).normalized();
+    scan.push_back(
+        {(X_WS.inverse() * Vector3d(p + 0.005 * rng_.Normal() * ray)).cast<float>(), 0.005F});
+  }
+  ASSERT_EQ(FromGuess(scan, truth + Vector3d(0.01, 0.01, -0.01)), Status::kOk);
+  EXPECT_EQ(figures_.directions, 3);
+  EXPECT_LT((fix_.pose - truth).head<2>().norm(), 3e-3);
+  EXPECT_NEAR(fix_.pose.z(), truth.z(), 2e-3);
 }
 
 }  // namespace

@@ -198,10 +198,10 @@ TEST(WheelOdometry, CovarianceCoversTheSpreadOfSlippingDrives) {
       left += ds - dphi * kTrack / 2;
       right += ds + dphi * kTrack / 2;
       (void)odometry.Step(Time{milliseconds(20 * k)}, 0.5, 0.5, left, right);
-      const double s = ds + rng.Normal() * config.slip_m * std::sqrt(ds);
+      const double s = ds + rng.Normal() * config.slip.m * std::sqrt(ds);
       const double t =
-          dphi + rng.Normal() * std::sqrt(config.slip_rad_per_m * config.slip_rad_per_m * ds +
-                                          config.slip_rad_per_rad * config.slip_rad_per_rad * dphi);
+          dphi + rng.Normal() * std::sqrt(config.slip.rad_per_m * config.slip.rad_per_m * ds +
+                                          config.slip.rad_per_rad * config.slip.rad_per_rad * dphi);
       x += s * std::cos(phi + t / 2);
       y += s * std::sin(phi + t / 2);
       phi += t;
@@ -272,9 +272,9 @@ TEST(WheelOdometry, CovarianceSinceCoversTheSpreadOfWhatSlippedSince) {
       left += ds - dphi * kTrack / 2;
       right += ds + dphi * kTrack / 2;
       (void)odometry.Step(Time{milliseconds(20 * k)}, 0.5, 50 * dphi, left, right);
-      const double turn_var = config.slip_rad_per_m * config.slip_rad_per_m * ds +
-                              config.slip_rad_per_rad * config.slip_rad_per_rad * std::abs(dphi);
-      const double s = ds + rng.Normal() * config.slip_m * std::sqrt(ds);
+      const double turn_var = config.slip.rad_per_m * config.slip.rad_per_m * ds +
+                              config.slip.rad_per_rad * config.slip.rad_per_rad * std::abs(dphi);
+      const double s = ds + rng.Normal() * config.slip.m * std::sqrt(ds);
       const double t = dphi + rng.Normal() * std::sqrt(turn_var);
       truth += Vector3d(s * std::cos(truth.z() + t / 2), s * std::sin(truth.z() + t / 2), t);
       if (k == 200) {

@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: MIT
+#include "perception/localization/fix_gain.h"
+
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
+#include <cmath>
+#include <numbers>
+
+namespace pipewright {
+namespace {
+
+/// Of L's diagonal, to be definite and not to say anything: a standard deviation of 30 km.
+constexpr double kNothing = 1e-9;
+
+/// L = W - W (share I + W)⁻¹ W with W = Σ⁻¹, for an I that may be singular.
+Mat<3, 3> Information(const Mat<3, 3>& stated, const FixNoiseConfig& config) {
+  const double of_place = 1 / (config.sigma_m * config.sigma_m);
+  const Vector3d shared(of_place, of_place, 1 / (config.sigma_rad * config.sigma_rad));
+  const Mat<3, 3> W = shared.asDiagonal();
+  const Mat<3, 3> sum = config.share * stated + W;
+  const Mat<3, 3> inner = sum.inverse().lazyProduct(W);
+  const Mat<3, 3> L = W - W.lazyProduct(inner);
+  return (L + L.transpose()) / 2 + kNothing * Mat<3, 3>::Identity();
+}
+
+}  // namespace
+
+FixGain GainOf(const Vector3d& pose, const Mat<3, 3>& M, const PoseFix& fix,
+               const FixNoiseConfig& config) {
+  FixGain gain;
+  gain.y = fix.pose - pose;
+  gain.y.z() = std::remainder(gain.y.z(), 2 * std::numbers::pi);
+  const Mat<3, 3> C = Information(fix.information, config).llt().matrixL();
+  const Mat<3, 3> MC = M.lazyProduct(C);
+  const Mat<3, 3> A = Mat<3, 3>::Identity() + C.transpose().lazyProduct(MC);
+  const Mat<3, 3> AC = A.inverse().lazyProduct(C.transpose());
+  gain.S_inverse = C.lazyProduct(AC);
+  gain.within_gate = gain.y.dot(gain.S_inverse.lazyProduct(gain.y)) <= config.gate;
+  return gain;
+}
+
+}  // namespace pipewright

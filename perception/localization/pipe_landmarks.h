@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "perception/localization/surfel_map.h"
+#include "perception/scene.h"
+
+namespace pipewright {
+
+struct PipeLandmarkConfig {
+  int frames_min = 20;           ///< in which a pipe was seen before it is one
+  double reach_m = 0.03;         ///< of a point from its surface
+  double end_m = 0.03;           ///< at an end, points are of something else
+  double offset_sigma_m = 2e-3;  ///< of its surface
+};
+
+constexpr bool Valid(const PipeLandmarkConfig& c) {
+  return c.frames_min > 0 && c.reach_m > 0 && c.end_m >= 0 && c.offset_sigma_m > 0;
+}
+
+/// The scene's pipes, each held where it was when it was well known: a track follows the robot's
+/// pose, and what follows it is no reference. A pipe that the scene gives up is forgotten.
+class PipeLandmarks {
+ public:
+  explicit PipeLandmarks(const PipeLandmarkConfig& config = {});
+
+  void Update(const Scene& scene);
+
+  /// The nearest pipe's surface at the point, when it is within reach.
+  bool Find(const Vector3d& p_WQ, Surfel& surface) const;
+
+  int size() const { return pipes_.size(); }
+
+ private:
+  PipeLandmarkConfig config_;
+  FixedVector<PipeEstimate, Scene::kMaxPipes> pipes_;
+};
+
+}  // namespace pipewright
