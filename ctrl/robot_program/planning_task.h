@@ -12,13 +12,14 @@ class PlanningTask {
   PlanningTask(const MissionConfig& config, const MapConfig& map) : mission_(config, map) {}
 
   const MissionOutput& Step(Time now, const MapSnapshot& snapshot, const RobotState& robot,
-                            const GoalProgress& progress, bool device_fault) {
+                            const GoalProgress& progress, bool device_fault, bool pose_lost) {
     output_ = mission_.Step({.robot = robot,
                              .progress = progress,
                              .map = snapshot.map,
                              .field = snapshot.field,
                              .scene = snapshot.scene,
-                             .device_fault = device_fault},
+                             .device_fault = device_fault,
+                             .pose_lost = pose_lost},
                             now);
     return output_;
   }

@@ -85,7 +85,8 @@ const MissionOutput& RobotProgram::Plan(Time now) {
   }
   camera_lost_ = camera_lost_ || now - camera_seen_ > camera_timeout_;
   const bool fault = camera_lost_ || report.phase == ControlPhase::kFault;
-  const MissionOutput& output = planning_.Step(now, snapshot, report.state, report.progress, fault);
+  const MissionOutput& output =
+      planning_.Step(now, snapshot, report.state, report.progress, fault, report.pose.lost);
   if (planning_.goal().id != goal_id_) {
     goal_id_ = planning_.goal().id;
     goal_.Write(planning_.goal());

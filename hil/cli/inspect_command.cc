@@ -191,8 +191,8 @@ void AddInspect(CLI::App& app, int* exit_code) {
                    "probability that each uncertain constraint holds, in [0.5, 1)")
       ->check(InRange(0.5, 0.999999))
       ->capture_default_str();
-  command->add_flag("--scans-correct", options->scans_correct,
-                    "correct the base's pose by scans; without, it is the wheels' alone");
+  command->add_flag("--wheels-alone{false}", options->scans_correct,
+                    "take the base's pose from the wheels alone, not corrected by scans");
   command->add_flag("--joint-risk", options->joint_risk,
                     "--alpha is of all constraints of a cycle together, not of each");
   command

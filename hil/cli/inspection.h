@@ -16,8 +16,8 @@ struct InspectionOptions {
   PlannerKind planner = PlannerKind::kCfnbv;
   SvfiMode svfi = SvfiMode::kExact;
   double alpha = 0.7;
-  bool scans_correct = false;  ///< the base's pose, which else is the wheels' alone
-  bool joint_risk = false;     ///< alpha is of all constraints of a cycle together
+  bool scans_correct = true;  ///< the base's pose, which else is the wheels' alone
+  bool joint_risk = false;    ///< alpha is of all constraints of a cycle together
   double rate_hz = 100;
   bool realtime = false;
   std::string bus = "loopback";  ///< see BusChoice

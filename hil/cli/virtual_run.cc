@@ -148,6 +148,8 @@ std::string Reason(const MissionOutput& mission) {
       return "the time limit came first; --time-limit raises it";
     case StopReason::kDeviceFault:
       return "the devices were not ready in time";
+    case StopReason::kPoseLost:
+      return "the base moved otherwise than its wheels tell, and scans did not find it again";
     case StopReason::kNone:
       return "interrupted";
     case StopReason::kComplete:

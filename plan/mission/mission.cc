@@ -54,7 +54,8 @@ MissionOutput Mission::Step(const MissionInput& input, Time now) {
     last_valid_ = now;
   }
   if (DeviceFault(input, now)) {
-    End(MissionState::kFault, StopReason::kDeviceFault);
+    const bool lost = input.pose_lost && !input.device_fault;
+    End(MissionState::kFault, lost ? StopReason::kPoseLost : StopReason::kDeviceFault);
   } else if (now - begin_ > config_.mission_timeout) {
     End(MissionState::kDone, StopReason::kTimeout);
   }

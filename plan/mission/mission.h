@@ -28,7 +28,8 @@ enum class StopReason : std::uint8_t {
   kComplete,
   kNoReachableView,
   kDeviceFault,
-  kStuck,  ///< goals stalled in a row while nothing new was seen or covered
+  kPoseLost,  ///< where the base is became too uncertain to move
+  kStuck,     ///< goals stalled in a row while nothing new was seen or covered
   kTimeout,
 };
 
@@ -60,6 +61,8 @@ constexpr const char* Name(StopReason r) {
       return "no_reachable_view";
     case StopReason::kDeviceFault:
       return "device_fault";
+    case StopReason::kPoseLost:
+      return "pose_lost";
     case StopReason::kStuck:
       return "stuck";
     case StopReason::kTimeout:
@@ -107,6 +110,7 @@ struct MissionInput {
   const DistanceField& field;
   const Scene& scene;
   bool device_fault = false;  ///< a device reports a fault or has stopped answering
+  bool pose_lost = false;     ///< robot is invalid for the base's pose, not for a device
 };
 
 struct MissionOutput {

@@ -27,7 +27,7 @@ class MissionStates : public testing::Test {
 
   MissionOutput Step(Mission& mission) {
     now_ += kStep;
-    return mission.Step({robot_, progress_, map_, field_, scene_, device_fault_}, now_);
+    return mission.Step({robot_, progress_, map_, field_, scene_, device_fault_, pose_lost_}, now_);
   }
 
   MissionOutput StepUntil(Mission& mission, MissionState state, int steps = 100) {
@@ -56,6 +56,7 @@ class MissionStates : public testing::Test {
   RobotState robot_;
   GoalProgress progress_;
   bool device_fault_ = false;
+  bool pose_lost_ = false;
   Time now_{};
 };
 
@@ -195,6 +196,20 @@ TEST_F(MissionStates, InvalidStateForLongerThanItsTimeoutIsAFault) {
   EXPECT_EQ(Step(mission).stop, StopReason::kDeviceFault);
 }
 
+TEST_F(MissionStates, APoseThatStaysLostEndsItAndSaysSo) {
+  ScatterMap();
+  Mission mission(PaperMission(), map_config_);
+  StepUntil(mission, MissionState::kMove);
+  robot_.valid = false;
+  pose_lost_ = true;
+  MissionOutput out;
+  for (int i = 0; i <= 10; ++i) {
+    out = Step(mission);
+  }
+  EXPECT_EQ(out.state, MissionState::kFault);
+  EXPECT_EQ(out.stop, StopReason::kPoseLost);
+}
+
 TEST_F(MissionStates, EndsByTimeout) {
   ScatterMap();
   MissionConfig config = PaperMission();
@@ -208,6 +223,7 @@ TEST(MissionNames, AreThoseOfTheReport) {
   EXPECT_STREQ(Name(StopReason::kComplete), "complete");
   EXPECT_STREQ(Name(StopReason::kNoReachableView), "no_reachable_view");
   EXPECT_STREQ(Name(StopReason::kDeviceFault), "device_fault");
+  EXPECT_STREQ(Name(StopReason::kPoseLost), "pose_lost");
   EXPECT_STREQ(Name(StopReason::kStuck), "stuck");
   EXPECT_STREQ(Name(StopReason::kTimeout), "timeout");
 }
