@@ -51,7 +51,7 @@ void MappingTask::Start(const Configuration& q) {
 }
 
 /// Moves q's base to where guess and cloud together find it.
-void MappingTask::Localise(const Isometry3d& X_BS, const Matrix3d& base_covariance,
+void MappingTask::Localize(const Isometry3d& X_BS, const Matrix3d& base_covariance,
                            Configuration& q) {
   PoseFix fix;
   const BasePose guess{.stamp = cloud_.stamp,
@@ -85,8 +85,8 @@ Status MappingTask::Step(const DepthFrame& frame, const Motion& motion) {
     return made;
   }
 
-  if (config_.localise) {
-    Localise(BaseAt(q->head<3>()).inverse() * guess.X_WS(), motion.base_covariance, *q);
+  if (config_.localize) {
+    Localize(BaseAt(q->head<3>()).inverse() * guess.X_WS(), motion.base_covariance, *q);
   }
   const Body body(robot_, *q);
   cloud_.X_WS = body.X_WS();
@@ -101,7 +101,7 @@ Status MappingTask::Step(const DepthFrame& frame, const Motion& motion) {
   map_.InsertScan(points_W_.data(), count, X_WS.translation(), config_.max_range_m);
   map_.MarkCovered(body.p_WP(), config_.probe_radius_m);
   tracker_.Step(cloud_);
-  if (config_.localise) {
+  if (config_.localize) {
     localizer_.Take(tracker_.scene());
   }
   field_.Update(map_);

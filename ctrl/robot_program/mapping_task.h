@@ -19,7 +19,7 @@ struct MappingConfig {
   CloudConfig cloud{.stride = 2};
   PrimitiveConfig primitives;
   ScanLocalizerConfig localization;
-  bool localise = false;     ///< frames are placed where they find themselves
+  bool localize = false;     ///< frames are placed where they find themselves
   double max_range_m = 3.0;  ///< of a reading that enters the map
   double probe_radius_m = 0.4;
   double start_clearance_m =
@@ -63,7 +63,7 @@ class MappingTask {
   const MappingCounters& counters() const { return counters_; }
 
  private:
-  void Localise(const Isometry3d& X_BS, const Matrix3d& base_covariance, Configuration& q);
+  void Localize(const Isometry3d& X_BS, const Matrix3d& base_covariance, Configuration& q);
 
   MappingConfig config_;
   const RobotModel<kArmJoints>& robot_;

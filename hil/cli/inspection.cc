@@ -54,7 +54,7 @@ RobotProgramConfig ProgramConfig(const Scenario& scenario, const InspectionOptio
   config.mapping.map = Map(scenario);
   config.mapping.start_clearance_m = scenario.start.clearance_m;
   config.mapping.seed = options.seed;
-  config.mapping.localise = options.scans_correct;
+  config.mapping.localize = options.scans_correct;
 
   config.mission = DefaultMission();
   config.mission.planner = options.planner;

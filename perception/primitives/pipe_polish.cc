@@ -112,8 +112,8 @@ void PipeFinder::MeasureFromOthers(const DepthView& view, const DetectedPipe& pi
 }
 
 /// The readings within their noise of the depth at which their rays meet the pipe; of more than
-/// there is room for each step-th of the view, which the first call of a pipe (step 0) sets. What is
-/// asked is asked of the pipe and of whole neighbourhoods, not of the single reading, so that
+/// there is room for each step-th of the view, which the first call of a pipe (step 0) sets. What
+/// is asked is asked of the pipe and of whole neighbourhoods, not of the single reading, so that
 /// nothing is chosen by its noise; the cut at the gate is symmetric.
 int PipeFinder::CollectAlongRays(const DepthView& view, const DetectedPipe& pipe, int& step) {
   const PixelBox box = MarkAlongRays(view, pipe);
@@ -149,8 +149,8 @@ int PipeFinder::CollectAlongRays(const DepthView& view, const DetectedPipe& pipe
   return count;
 }
 
-/// The fit to all readings along rays, and no others; the ends stay at their places. All rounds take
-/// the same readings, gate aside: KeptInformation() is of gates that have followed their fit.
+/// The fit to all readings along rays, and no others; the ends stay at their places. All rounds
+/// take the same readings, gate aside: KeptInformation() is of gates that have followed their fit.
 bool PipeFinder::Polish(const DepthView& view, DetectedPipe& pipe) {
   int step = 0;
   for (int round = 0; round < kRounds; ++round) {

@@ -11,7 +11,8 @@ namespace {
 constexpr int kAttempts = 12;  // hypotheses refined a frame
 constexpr int kRounds = 3;
 constexpr int kHintRounds = 1;
-constexpr int kFitPoints = 5000;  // as good as all for a gate: what it errs by, the fit errs by 3 % of
+constexpr int kFitPoints =
+    5000;                     // as good as all for a gate: what it errs by, the fit errs by 3 % of
 constexpr int kMinPart = 20;  // pixels: smaller islands of a plane do not count
 constexpr double kPartShare = 0.05;
 

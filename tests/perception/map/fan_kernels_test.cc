@@ -11,26 +11,16 @@
 #include "perception/map/ray_walk.h"
 #include "platform/core/rng.h"
 #include "tests/perception/map/octomap_oracle.h"
+#include "tests/support/fan_isa.h"
 
 namespace pipewright {
 namespace {
 
 using test::Box;
 
-// Runs with AVX2 only where the machine has it.
-class RayFan : public testing::TestWithParam<bool> {
- protected:
-  void SetUp() override {
-    const bool baseline_only = GetParam();
-    if (fan::UseBaseline(baseline_only) == baseline_only) {
-      GTEST_SKIP() << "SKIPPED: this machine has no AVX2";
-    }
-  }
-  void TearDown() override { fan::UseBaseline(false); }
-};
+using RayFan = test::FanIsa;
 
-INSTANTIATE_TEST_SUITE_P(Isa, RayFan, testing::Bool(),
-                         [](const auto& isa) { return isa.param ? "baseline" : "avx2"; });
+INSTANTIATE_TEST_SUITE_P(Isa, RayFan, testing::Bool(), RayFan::Of);
 
 // Mostly anywhere; now and then on borders, at centres, along axes and diagonals.
 Vector3f Place(Rng* rng, double reach_m) {

@@ -9,6 +9,7 @@
 
 #include "perception/map/fan_kernels.h"
 #include "tests/plan/gain/gain_fixture.h"
+#include "tests/support/fan_isa.h"
 
 namespace pipewright {
 namespace {
@@ -111,20 +112,9 @@ RaySet Rays(const GainConfig& config, int n, Rng& rng) {
   return rays;
 }
 
-// Runs with AVX2 only where the machine has it.
-class GainRays : public testing::TestWithParam<bool> {
- protected:
-  void SetUp() override {
-    const bool baseline_only = GetParam();
-    if (fan::UseBaseline(baseline_only) == baseline_only) {
-      GTEST_SKIP() << "SKIPPED: this machine has no AVX2";
-    }
-  }
-  void TearDown() override { fan::UseBaseline(false); }
-};
+using GainRays = test::FanIsa;
 
-INSTANTIATE_TEST_SUITE_P(Isa, GainRays, testing::Bool(),
-                         [](const auto& isa) { return isa.param ? "baseline" : "avx2"; });
+INSTANTIATE_TEST_SUITE_P(Isa, GainRays, testing::Bool(), GainRays::Of);
 
 TEST_P(GainRays, FindWhatOneWalkAfterTheOtherFinds) {
   const MapConfig map_config = test::SmallMapConfig();
