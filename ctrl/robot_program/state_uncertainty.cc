@@ -40,7 +40,7 @@ void StateUncertainty::Place(const Estimates& primitives, Anchors<kMost>& anchor
 
 Matrix3d StateUncertainty::Against(const BaseBelief& then, const WheelOdometry& odometry) const {
   const BaseBelief& now = beliefs_[(next_ + kBeliefs - 1) % kBeliefs];
-  const Matrix3d held = now.covariance + then.covariance;
+  Matrix3d held = now.covariance + then.covariance;
   const Matrix3d grown = odometry.CovarianceSince(then.by_wheels);
   if (held.trace() < grown.trace()) {
     return held;

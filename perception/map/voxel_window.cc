@@ -55,9 +55,9 @@ int BricksAlong(double p, int lo, int hi) {
   constexpr int kReach = (1 << 15) / kSide;
   const double middle = 0.5 * (lo + hi + 1);
   const double bricks = std::round((p - middle) / kSide);
-  const double clamped =
-      std::clamp<double>(bricks, -kReach - lo / kSide, kReach - (hi + 1) / kSide);
-  return static_cast<int>(clamped);
+  const int least = -kReach - lo / kSide;
+  const int most = kReach - (hi + 1) / kSide;
+  return static_cast<int>(std::clamp<double>(bricks, least, most));
 }
 
 }  // namespace

@@ -189,7 +189,7 @@ Result<CylinderFit> FitCylinder(std::span<const Eigen::Vector3f> p_SQ, const Cyl
   if (const Status s = Descend(fit, mean, kNear, kept, off_surface); s != Status::kOk) {
     return s;
   }
-  if (const auto exact = FitCylinderAlongRays(p_SQ, fit, noise, gate); exact.ok()) {
+  if (auto exact = FitCylinderAlongRays(p_SQ, fit, noise, gate); exact.ok()) {
     return exact;
   }
   const Status s = Descend(fit, mean, kSettled, kept, off_surface);

@@ -35,7 +35,7 @@ Result<PlaneFit> FitScatteredPlane(std::span<const Eigen::Vector3f> p_SQ, double
     return Status::kInfeasible;
   }
   const Eigen::SelfAdjointEigenSolver<Matrix3d> eigen(S);
-  const Vector3d lambda = eigen.eigenvalues();
+  const Vector3d& lambda = eigen.eigenvalues();
   PlaneFit fit;
   fit.n_S = eigen.eigenvectors().col(0);
   fit.d_m = fit.n_S.dot(c);
