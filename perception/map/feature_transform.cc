@@ -26,8 +26,7 @@ void FeatureTransform::Unpack(int z, std::vector<Packed>* layer) const {
   const std::int8_t* const offsets = &offsets_[cells * z];
   Packed* const to = layer->data();
   for (int i = 0; i < cells; ++i) {
-    const auto offset = static_cast<int>(offsets[i]);
-    to[i] = offset == kNoneInRow ? kNone : kHere + Shifted(offset, 0);
+    to[i] = offsets[i] == kNoneInRow ? kNone : kHere + Shifted(offsets[i], 0);
   }
 }
 
