@@ -26,7 +26,8 @@ struct FixGain {
   bool within_gate = false;                 ///< y' S⁻¹ y
 };
 
-/// With the fix's information I and Σ what all its points share,
+/// With the fix's information I and Σ what all its points share, the placement of the surfaces
+/// among them,
 ///
 ///   L = ((share I)⁻¹ + Σ)⁻¹,   S⁻¹ = (M + L⁻¹)⁻¹ = C (1 + C' M C)⁻¹ C',   L = C C'
 ///

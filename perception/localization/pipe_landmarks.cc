@@ -22,17 +22,17 @@ PipeLandmarks::PipeLandmarks(const PipeLandmarkConfig& config) : config_(config)
   assert(Valid(config));
 }
 
-void PipeLandmarks::Update(const Scene& scene) {
-  const FixedVector<PipeEstimate, Scene::kMaxPipes> before = pipes_;
+void PipeLandmarks::Update(const Scene& scene, const Placement& placed) {
+  const FixedVector<Landmark, Scene::kMaxPipes> before = pipes_;
   pipes_.clear();
   for (const PipeEstimate& pipe : scene.pipes) {
     const auto* held = std::find_if(before.begin(), before.end(),
-                                    [&](const PipeEstimate& p) { return p.id == pipe.id; });
+                                    [&](const Landmark& l) { return l.pipe.id == pipe.id; });
     if (held != before.end()) {
       static_cast<void>(pipes_.push_back(*held));
-      Extend(pipes_[pipes_.size() - 1], pipe);
+      Extend(pipes_[pipes_.size() - 1].pipe, pipe);
     } else if (pipe.frames_seen >= config_.frames_min) {
-      static_cast<void>(pipes_.push_back(pipe));
+      static_cast<void>(pipes_.push_back({pipe, placed}));
     }
   }
 }
@@ -40,7 +40,8 @@ void PipeLandmarks::Update(const Scene& scene) {
 bool PipeLandmarks::Find(const Vector3d& p_WQ, Surfel& surface) const {
   double least_m = config_.reach_m;
   bool found = false;
-  for (const PipeEstimate& pipe : pipes_) {
+  for (const Landmark& landmark : pipes_) {
+    const PipeEstimate& pipe = landmark.pipe;
     const Vector3d w = p_WQ - pipe.p_W;
     const double along = pipe.l_W.dot(w);
     if (along < pipe.extent_lo_m + config_.end_m || along > pipe.extent_hi_m - config_.end_m) {
@@ -56,6 +57,7 @@ bool PipeLandmarks::Find(const Vector3d& p_WQ, Surfel& surface) const {
       surface.n_W = across / rho;
       surface.p_W = p_WQ - (rho - pipe.radius_m) * surface.n_W;
       surface.offset_var_m2 = config_.offset_sigma_m * config_.offset_sigma_m;
+      surface.placed = landmark.placed;
     }
   }
   return found;

@@ -23,7 +23,8 @@ class PipeLandmarks {
  public:
   explicit PipeLandmarks(const PipeLandmarkConfig& config = {});
 
-  void Update(const Scene& scene);
+  /// @param placed  of the base, by which new ones are placed
+  void Update(const Scene& scene, const Placement& placed = {});
 
   /// The nearest pipe's surface at the point, when it is within reach.
   bool Find(const Vector3d& p_WQ, Surfel& surface) const;
@@ -31,8 +32,13 @@ class PipeLandmarks {
   int size() const { return pipes_.size(); }
 
  private:
+  struct Landmark {
+    PipeEstimate pipe;
+    Placement placed;
+  };
+
   PipeLandmarkConfig config_;
-  FixedVector<PipeEstimate, Scene::kMaxPipes> pipes_;
+  FixedVector<Landmark, Scene::kMaxPipes> pipes_;
 };
 
 }  // namespace pipewright

@@ -196,12 +196,17 @@ Status PoseFilter::Correct(const PoseFix& fix) {
   }
   ++fixes_;
   doubts_ = 0;
+  const Vector3d before = then.P.diagonal().head<3>();
   const Mat<6, 3> K = PJ.lazyProduct(gain.S_inverse);
   then.x += K.lazyProduct(gain.y);
   const Vector3d most(config_.yaw_scale_max, config_.yaw_scale_max, config_.way_scale_max);
   then.x.tail<3>() = then.x.tail<3>().cwiseMax(-most).cwiseMin(most);
   then.P -= K.lazyProduct(PJ.transpose()).eval();
   then.P = (then.P + then.P.transpose()).eval() / 2;
+  for (int k = 0; k < 3; ++k) {
+    const double surfaces = k < 2 ? fix.placed.m2 : fix.placed.rad2;
+    then.P(k, k) = NotSurerThan(surfaces, before(k), then.P(k, k));
+  }
   Replay(i);
   return Status::kOk;
 }

@@ -15,7 +15,7 @@ struct PoseFilterConfig {
   /// the fixes, as a factor of these standard deviations.
   WheelSlip slip{.m = 0.01, .rad_per_m = 0.02, .rad_per_rad = 0.02};
   double slip_start = 1;  ///< the factor before anything is known
-  double slip_least = 0.4;
+  double slip_least = 0.15;
   double slip_most = 10;
   double slip_learning = 0.1;     ///< of its square, a fix
   double yaw_scale_sigma = 0.05;  ///< at start
@@ -55,10 +55,12 @@ constexpr bool Valid(const PoseFilterConfig& c) {
 ///
 ///   h = pose at the stamp, J = ∂h/∂state,   state += P J' S⁻¹ (z - h),   P -= P J' S⁻¹ J P
 ///
-/// with S⁻¹ of GainOf(). How slippery the floor is, f, is not known either. Wheels that roll true
-/// are far better than fixes, which err the same way for as long as the view lasts; wheels on a wet
-/// floor are worse. So f follows the innovations y = z - h: with M = J P J' their part that is the
-/// wheels', the likelihood of y is greatest in f² where y' S⁻¹ M S⁻¹ y is its mean, tr(S⁻¹ M), and
+/// with S⁻¹ of GainOf(). The variances of the pose do not fall below those of the surroundings'
+/// placement (NotSurerThan), for all fixes among them share its error. How slippery the floor is,
+/// f, is not known either. Wheels that roll true are far better than fixes, which err the same way
+/// for as long as the view lasts; wheels on a wet floor are worse. So f follows the innovations y =
+/// z - h: with M = J P J' their part that is the wheels', the likelihood of y is greatest in f²
+/// where y' S⁻¹ M S⁻¹ y is its mean, tr(S⁻¹ M), and
 ///
 ///   ln f² += learning (y' S⁻¹ M S⁻¹ y / tr(S⁻¹ M) - 1)     after some way, and in bounds
 ///

@@ -6,6 +6,35 @@
 #include <span>
 
 namespace pipewright {
+namespace {
+
+constexpr int kNormalSpan = 4;  ///< readings
+
+/// Normal of the surface about a reading, towards the sensor, from the readings kNormalSpan beside
+/// it each way. @returns false where there are none
+bool NormalAt(const Cloud& cloud, int i, Eigen::Vector3f& n_S) {
+  const int u = i % cloud.width;
+  const int v = i / cloud.width;
+  if (u < kNormalSpan || u + kNormalSpan >= cloud.width || v < kNormalSpan ||
+      v + kNormalSpan >= cloud.height) {
+    return false;
+  }
+  const int below = kNormalSpan * cloud.width;
+  for (const int j : {i - kNormalSpan, i + kNormalSpan, i - below, i + below}) {
+    if (cloud.valid[j] == 0) {
+      return false;
+    }
+  }
+  n_S = (cloud.p_SQ[i + below] - cloud.p_SQ[i - below])
+            .cross(cloud.p_SQ[i + kNormalSpan] - cloud.p_SQ[i - kNormalSpan])
+            .normalized();
+  if (n_S.dot(cloud.p_SQ[i]) > 0) {
+    n_S = -n_S;
+  }
+  return true;
+}
+
+}  // namespace
 
 ScanLocalizer::ScanLocalizer(const ScanLocalizerConfig& config)
     : config_(config), map_(config.map), pipes_(config.pipes) {}
@@ -21,25 +50,48 @@ double ScanLocalizer::Reach(const Mat<3, 3>& covariance) const {
                     config_.reach_least_m, config_.reach_most_m);
 }
 
+/// Marks the readings of every block of the image that is near enough on the mean. One by one they
+/// must not be judged: of a surface at the limit that takes those which noise draws near.
+void ScanLocalizer::MarkUsable(const Cloud& cloud) {
+  usable_count_ = 0;
+  for (int top = 0; top < cloud.height; top += kBlock) {
+    for (int left = 0; left < cloud.width; left += kBlock) {
+      const int bottom = std::min(top + kBlock, cloud.height);
+      const int right = std::min(left + kBlock, cloud.width);
+      float sum_m = 0;
+      int count = 0;
+      for (int v = top; v < bottom; ++v) {
+        for (int i = v * cloud.width + left; i < v * cloud.width + right; ++i) {
+          sum_m += cloud.valid[i] != 0 ? cloud.p_SQ[i].norm() : 0;
+          count += cloud.valid[i] != 0;
+        }
+      }
+      const bool near = sum_m <= static_cast<float>(config_.range_m * count);
+      for (int v = top; v < bottom; ++v) {
+        for (int i = v * cloud.width + left; i < v * cloud.width + right; ++i) {
+          usable_[i] = near && cloud.valid[i] != 0;
+        }
+      }
+      usable_count_ += near ? count : 0;
+    }
+  }
+}
+
 /// Readings evenly over the image, as many as scan_ holds. @returns how many
 int ScanLocalizer::Select(const Cloud& cloud) {
-  int near = 0;
-  const auto usable = [&](int i) {
-    return cloud.valid[i] != 0 && cloud.p_SQ[i].norm() <= static_cast<float>(config_.range_m);
-  };
-  for (int i = 0; i < cloud.size(); ++i) {
-    near += usable(i);
-  }
   int count = 0;
   int due = 0;
   for (int i = 0; i < cloud.size(); ++i) {
-    if (!usable(i)) {
+    if (!usable_[i]) {
       continue;
     }
-    due += std::min(near, kScanPoints);  // kScanPoints of each `near`, without bias
-    if (due >= near) {
-      due -= near;
-      scan_[count++] = {cloud.p_SQ[i], Sigma(cloud.p_SQ[i])};
+    due += std::min(usable_count_, kScanPoints);  // kScanPoints of all, without bias
+    if (due >= usable_count_) {
+      due -= usable_count_;
+      Eigen::Vector3f n_S;
+      if (NormalAt(cloud, i, n_S)) {
+        scan_[count++] = {cloud.p_SQ[i], Sigma(cloud.p_SQ[i]), n_S};
+      }
     }
   }
   return count;
@@ -47,10 +99,10 @@ int ScanLocalizer::Select(const Cloud& cloud) {
 
 void ScanLocalizer::Extend(const Cloud& cloud, const Isometry3d& X_WS) {
   for (int i = 0; i < cloud.size(); ++i) {
-    if (cloud.valid[i] != 0 && cloud.p_SQ[i].norm() <= static_cast<float>(config_.range_m)) {
+    if (usable_[i]) {
       // A map that is full counts what it refuses.
-      static_cast<void>(
-          map_.Add(X_WS * cloud.p_SQ[i].cast<double>(), Sigma(cloud.p_SQ[i]), X_WS.translation()));
+      static_cast<void>(map_.Add(X_WS * cloud.p_SQ[i].cast<double>(), Sigma(cloud.p_SQ[i]),
+                                 X_WS.translation(), placed_));
     }
   }
 }
@@ -61,6 +113,8 @@ Status ScanLocalizer::Step(const Cloud& cloud, const Isometry3d& X_BS, const Bas
   trusted_ = false;
   pose_ = {guess.x_m, guess.y_m, guess.phi_rad};
   const Vector3d before = pose_;
+  placed_ = PlacementOf(guess.covariance);
+  MarkUsable(cloud);
   const int count = Select(cloud);
   const std::span<const ScanPoint> scan(scan_.data(), static_cast<std::size_t>(count));
   RegistrationConfig config = config_.registration;
@@ -71,7 +125,10 @@ Status ScanLocalizer::Step(const Cloud& cloud, const Isometry3d& X_BS, const Bas
     ++counters_.fixes;
     const FixGain gain = GainOf(before, guess.covariance, fix, config_.fix);
     if (gain.within_gate) {
-      pose_ += guess.covariance * (gain.S_inverse * gain.y);
+      const Mat<3, 3> MS = guess.covariance * gain.S_inverse;
+      pose_ += MS * gain.y;
+      placed_ =
+          NotSurerThan(fix.placed, placed_, PlacementOf(guess.covariance - MS * guess.covariance));
     }
     const Vector3d jump = pose_ - before;
     trusted_ = gain.within_gate && jump.head<2>().norm() <= config_.jump_m &&

@@ -43,6 +43,9 @@ struct ScanLocalizerCounters {
 /// Finds the base by each depth frame among the surfaces that the frames before it showed, and adds
 /// what the frame shows: W is the frame in which the first one was taken.
 ///
+/// Of a frame, blocks of readings that are near enough are used; whether a reading is must not hang
+/// on its own noise. What is added is told how surely it was placed: see Placement.
+///
 /// A frame is added where guess and fix together put it, each as far as it is known: by fixes alone
 /// the reference would creep, a little with each. One that sees nothing known is added where the
 /// guess has it; one that does not fit, jumps, or is beyond the gate, not at all.
@@ -63,13 +66,16 @@ class ScanLocalizer {
   bool trusted() const { return trusted_; }
 
   /// What is known of pipes, as of the last frame.
-  void Take(const Scene& scene) { pipes_.Update(scene); }
+  void Take(const Scene& scene) { pipes_.Update(scene, placed_); }
 
   const SurfelMap& map() const { return map_; }
   const ScanLocalizerCounters& counters() const { return counters_; }
   const RegistrationFigures& figures() const { return figures_; }
 
  private:
+  static constexpr int kBlock = 8;  ///< readings each way
+
+  void MarkUsable(const Cloud& cloud);
   int Select(const Cloud& cloud);
   void Extend(const Cloud& cloud, const Isometry3d& X_WS);
   double Reach(const Mat<3, 3>& covariance) const;
@@ -78,10 +84,13 @@ class ScanLocalizer {
   ScanLocalizerConfig config_;
   SurfelMap map_;
   PipeLandmarks pipes_;
+  std::array<bool, Cloud::kMaxPoints> usable_{};
+  int usable_count_ = 0;
   std::array<ScanPoint, kScanPoints> scan_{};
   RegistrationFigures figures_;
   ScanLocalizerCounters counters_;
   Vector3d pose_ = Vector3d::Zero();
+  Placement placed_;  ///< of pose_
   bool trusted_ = false;
 };
 

@@ -5,17 +5,23 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <limits>
 
 namespace pipewright {
 namespace {
 
-constexpr double kKernel = 3;        ///< sigmas, of the robust weight
+constexpr double kKernel = 3;  ///< sigmas, of the robust weight
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kSettled_m = 5e-4;  ///< the kernel's reach at which steps may end
 
 struct NormalEquations {
   Mat<3, 3> H = Mat<3, 3>::Zero();
   Mat<3, 3> H_false = Mat<3, 3>::Zero();
   Vector3d g = Vector3d::Zero();
+  double best_placed_m2 = kInfinity;  ///< at 1 m, of the surfels
+  double w = 0;
+  double w_placed_m2 = 0;
+  double w_placed_rad2 = 0;
   int associated = 0;
   int inliers = 0;
   double chi2 = 0;  ///< of the inliers
@@ -23,7 +29,8 @@ struct NormalEquations {
 
 NormalEquations Linearise(const SurfelMap& map, const PipeLandmarks& pipes,
                           std::span<const ScanPoint> scan, const Isometry3d& X_BS,
-                          const Vector3d& pose, double reach_m, const RegistrationConfig& config) {
+                          const Vector3d& pose, double reach_m, double best_placed_m2,
+                          const RegistrationConfig& config) {
   NormalEquations sum;
   const Isometry3d X_WS = BaseAt(pose) * X_BS;
   const Vector3d p_WS = X_WS.translation();
@@ -35,12 +42,19 @@ NormalEquations Linearise(const SurfelMap& map, const PipeLandmarks& pipes,
       continue;
     }
     const Vector3d& n = surfel->n_W;
+    if (!point.n_S.isZero() &&
+        !(n.dot(X_WS.linear() * point.n_S.cast<double>()) > config.alike_cosine)) {
+      continue;
+    }
     const double cosine = -n.dot((p_WQ - p_WS).normalized());
     if (!(cosine > config.view_cosine)) {
       continue;  // grazing, or the surface's other side
     }
     const Vector3d away = p_WQ - surfel->p_W;
     const double r = n.dot(away);
+    if (std::abs(r) > map.reach_m() + reach_m) {
+      continue;
+    }
     const double range_var = point.sigma_m * point.sigma_m * cosine * cosine;
     const double var = range_var + surfel->offset_var_m2 + surfel->rough_var_m2 +
                        surfel->tilt_var_rad2 * away.squaredNorm() + config.model_m * config.model_m;
@@ -50,8 +64,9 @@ NormalEquations Linearise(const SurfelMap& map, const PipeLandmarks& pipes,
       sum.chi2 += r * r / var;
     }
     const double wide_var = var + reach_m * reach_m;
+    const double placed_m2 = surfel->placed.at_1m();
     const double robust = 1 / (1 + r * r / (kKernel * kKernel * wide_var));
-    const double w = robust * robust / wide_var;
+    const double w = robust * robust / (wide_var + std::max(0.0, placed_m2 - best_placed_m2));
     Mat<3, 3> B = Mat<3, 3>::Identity();
     B.row(2) << pose.y() - p_WQ.y(), p_WQ.x() - pose.x(), 0;
     const Vector3d J = B * n;
@@ -59,6 +74,10 @@ NormalEquations Linearise(const SurfelMap& map, const PipeLandmarks& pipes,
     sum.H += w * J * J.transpose();
     sum.H_false += w * (surfel->tilt_var_rad2 + config.model_rad * config.model_rad) * across;
     sum.g += w * r * J;
+    sum.best_placed_m2 = std::min(sum.best_placed_m2, placed_m2);
+    sum.w += w;
+    sum.w_placed_m2 += w * surfel->placed.m2;
+    sum.w_placed_rad2 += w * surfel->placed.rad2;
   }
   return sum;
 }
@@ -121,7 +140,7 @@ Status Register(const SurfelMap& map, const PipeLandmarks& pipes, std::span<cons
   bool settled = false;
   while (!settled && figures.iterations < config.iterations) {
     ++figures.iterations;
-    sum = Linearise(map, pipes, scan, X_BS, pose, reach_m, config);
+    sum = Linearise(map, pipes, scan, X_BS, pose, reach_m, sum.best_placed_m2, config);
     if (!enough(sum.associated)) {
       figures.associated = sum.associated;
       return Status::kUnavailable;
@@ -135,7 +154,7 @@ Status Register(const SurfelMap& map, const PipeLandmarks& pipes, std::span<cons
               std::abs(step.z()) < config.step_rad;
     reach_m = reach_m > kSettled_m ? reach_m / 2 : 0;
   }
-  sum = Linearise(map, pipes, scan, X_BS, pose, 0, config);
+  sum = Linearise(map, pipes, scan, X_BS, pose, 0, sum.best_placed_m2, config);
   figures.associated = sum.associated;
   figures.inlier_share = sum.associated > 0 ? 1.0 * sum.inliers / sum.associated : 0;
   figures.chi2 = sum.inliers > 0 ? sum.chi2 / sum.inliers : 0;
@@ -155,6 +174,7 @@ Status Register(const SurfelMap& map, const PipeLandmarks& pipes, std::span<cons
   }
   fix.pose = guess + solution.determined * (pose - guess);
   fix.information = solution.information / std::max(1.0, figures.chi2);
+  fix.placed = {sum.w_placed_m2 / sum.w, sum.w_placed_rad2 / sum.w};
   return Status::kOk;
 }
 

@@ -11,10 +11,12 @@
 
 namespace pipewright {
 
-/// A reading: a point in the sensor's frame, and the standard deviation of its range along the ray.
+/// A reading: a point in the sensor's frame, the standard deviation of its range along the ray, and
+/// the normal of its surface towards the sensor; zero: not known.
 struct ScanPoint {
   Eigen::Vector3f p_SQ;
   float sigma_m = 0;
+  Eigen::Vector3f n_S = Eigen::Vector3f::Zero();
 };
 
 /// Where the base stood by one scan: (x, y, phi) in W, and how much is known of each direction. A
@@ -24,6 +26,7 @@ struct PoseFix {
   bool fits = true;  ///< false: the scan fits nowhere near the guess; the rest then says nothing
   Vector3d pose = Vector3d::Zero();
   Mat<3, 3> information = Mat<3, 3>::Zero();
+  Placement placed{};  ///< of the surfaces it was found among
 };
 
 struct RegistrationConfig {
@@ -35,6 +38,7 @@ struct RegistrationConfig {
   double model_rad = 0.05;  ///< and its normal, for surfaces are not quite flat
   double clear = 8;         ///< by how much information must exceed what false normals feign
   double sigma_max = 0.1;   ///< of a direction, phi at 1 m; one less known has too much else in it
+  double alike_cosine = 0.5;  ///< between a point's normal and its surfel's; less: other surfaces
   double view_cosine = 0.15;  ///< between ray and normal: less is too grazing
   int points_min = 100;
   double known_min = 0;      ///< share of the scan that must lie on known surfaces
@@ -69,7 +73,10 @@ Isometry3d BaseAt(const Vector3d& pose);
 ///   minimise Σ ρ(r/σ_k),    σ_k² = σ² + (reach/2^k)²
 ///
 /// by Gauss-Newton with Geman and McClure's weights w = 1/(1 + (r/3σ_k)²)²/σ_k²; points are
-/// associated anew at each step.
+/// associated anew at each step, none farther from its surfel than SurfelMap::reach_m(), nor with a
+/// normal unlike the surfel's: the narrow end of a wall has no surfel, only the wall beside it.
+/// What the base placed when it was less sure of itself counts less beside what it placed better:
+/// by how much a surfel's placement exceeds the best one's is added to σ_k² in its weight.
 ///
 /// A wall does not hold the base along itself. But its normals are not exact, and their errors
 /// feign information there, E Σ w J J' = H + H_false, which grows with the number of points:

@@ -11,9 +11,12 @@ namespace pipewright {
 namespace {
 
 constexpr double kFar_cells = 1e5;
+constexpr double kBetter = 4;       ///< times the variance, of what is replaced
 constexpr double kNoiseSigmas = 3;  ///< λ_0 may be this much above what the noise explains
 
 bool IsPowerOfTwo(int n) { return (n & (n - 1)) == 0; }
+
+bool FarBetter(const Placement& a, const Placement& b) { return kBetter * a.at_1m() < b.at_1m(); }
 
 }  // namespace
 
@@ -53,7 +56,8 @@ const SurfelMap::Cell* SurfelMap::At(const Key& key) const {
   return cell.used ? &cell : nullptr;
 }
 
-Status SurfelMap::Add(const Vector3d& p_WQ, double sigma_m, const Vector3d& p_WS) {
+Status SurfelMap::Add(const Vector3d& p_WQ, double sigma_m, const Vector3d& p_WS,
+                      const Placement& placed) {
   Key key;
   if (!KeyOf(p_WQ, key) || !(sigma_m > 0) || !std::isfinite(sigma_m)) {
     return Status::kOutOfRange;
@@ -69,6 +73,9 @@ Status SurfelMap::Add(const Vector3d& p_WQ, double sigma_m, const Vector3d& p_WS
     cell.key = key;
   }
   Moments& sum = cell.moments;
+  if (sum.count > 0 && FarBetter(placed, sum.placed())) {
+    sum = {};
+  }
   if (sum.count >= config_.count_max) {
     return Status::kOk;
   }
@@ -85,6 +92,8 @@ Status SurfelMap::Add(const Vector3d& p_WQ, double sigma_m, const Vector3d& p_WS
       sum.wxx[k++] += w * x(i) * x(j);
     }
   }
+  sum.w_placed_m2 += w * placed.m2;
+  sum.w_placed_rad2 += w * placed.rad2;
   ++sum.count;
   if (sum.count >= config_.count_min &&
       (IsPowerOfTwo(sum.count) || sum.count == config_.count_max)) {
@@ -94,13 +103,16 @@ Status SurfelMap::Add(const Vector3d& p_WQ, double sigma_m, const Vector3d& p_WS
 }
 
 /// Of a cell and its neighbours, about the cell's centre.
-SurfelMap::Moments SurfelMap::Block(const Key& key) const {
+SurfelMap::Moments SurfelMap::Block(const Cell& center) const {
+  const Key& key = center.key;
+  const Placement placed = center.moments.placed();
   Moments sum;
   for (int dx = -1; dx <= 1; ++dx) {
     for (int dy = -1; dy <= 1; ++dy) {
       for (int dz = -1; dz <= 1; ++dz) {
         const Cell* cell = At({key[0] + dx, key[1] + dy, key[2] + dz});
-        if (cell == nullptr) {
+        if (cell == nullptr || cell->moments.count == 0 ||
+            FarBetter(placed, cell->moments.placed())) {
           continue;
         }
         // Σ w (x + s)(x + s)' = Σ w x x' + s Σ w x' + Σ w x s' + W s s'
@@ -115,6 +127,8 @@ SurfelMap::Moments SurfelMap::Block(const Key& key) const {
         }
         sum.wx += m.wx + m.w * s;
         sum.w += m.w;
+        sum.w_placed_m2 += m.w_placed_m2;
+        sum.w_placed_rad2 += m.w_placed_rad2;
         sum.count += m.count;
       }
     }
@@ -123,7 +137,7 @@ SurfelMap::Moments SurfelMap::Block(const Key& key) const {
 }
 
 void SurfelMap::Fit(Cell& cell, const Vector3d& p_WS) const {
-  const Moments sum = Block(cell.key);
+  const Moments sum = Block(cell);
   const Vector3d mean = sum.wx / sum.w;
   Matrix3d S;
   int k = 0;
@@ -156,6 +170,7 @@ void SurfelMap::Fit(Cell& cell, const Vector3d& p_WS) const {
   surfel.offset_var_m2 = across / sum.count * unit2;
   surfel.rough_var_m2 = std::max(0.0, lambda(0) - noise) * unit2;
   surfel.tilt_var_rad2 = tilt;
+  surfel.placed = sum.placed();
 }
 
 const Surfel* SurfelMap::Find(const Vector3d& p_WQ) const {

@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdint>
 
+#include "perception/localization/placement.h"
 #include "platform/core/fixed_vector.h"
 #include "platform/core/frames.h"
 #include "platform/core/status.h"
@@ -31,6 +32,7 @@ struct Surfel {
   double offset_var_m2 = 0;  ///< of n'p
   double rough_var_m2 = 0;   ///< of the surface about it: what noise does not explain
   double tilt_var_rad2 = 0;  ///< of n, each way
+  Placement placed;          ///< the mean of its points'
 };
 
 /// Surfaces as surfels in a hash of cubic cells: what scans are registered to.
@@ -46,7 +48,9 @@ struct Surfel {
 ///   p = m,  n = v_0,   σ²(n'p) = λ_0/N,   σ²(n) = λ_0/(N λ_1),   rough² = λ_0 - noise²
 ///
 /// It is fitted anew each time the cell's count doubles. At count_max the cell is frozen: later
-/// scans are measured against it and do not move it, so that the reference cannot creep.
+/// scans are measured against it and do not move it, so that the reference cannot creep. A point
+/// whose placement is far better than its cell's (kBetter) begins the cell anew; a neighbour that
+/// is so much worse has no part in a fit.
 ///
 /// ~11.5 MB, no heap. Full is an answer: new cells are refused and counted, those held stay.
 class SurfelMap {
@@ -60,10 +64,14 @@ class SurfelMap {
 
   /// A point of a surface, seen from p_WS with this standard deviation. O(1); with a fit, 27
   /// look-ups. kOutOfRange: not finite, or beyond 10^5 cells. kFull: no room for its cell.
-  Status Add(const Vector3d& p_WQ, double sigma_m, const Vector3d& p_WS);
+  Status Add(const Vector3d& p_WQ, double sigma_m, const Vector3d& p_WS,
+             const Placement& placed = {});
 
   /// The surfel of the point's cell, else the nearest of the six cells beside it; null: none.
   const Surfel* Find(const Vector3d& p_WQ) const;
+  /// How far beside a surface its surfels are found on either side of it; farther, perhaps on one.
+  /// Points on that side alone would pull.
+  double reach_m() const { return config_.cell_m; }
 
   int cells() const { return cells_; }
   std::uint64_t refused() const { return refused_; }
@@ -76,7 +84,11 @@ class SurfelMap {
     double w = 0;
     Vector3d wx = Vector3d::Zero();
     std::array<double, 6> wxx{};  ///< xx xy xz yy yz zz
+    double w_placed_m2 = 0;
+    double w_placed_rad2 = 0;
     int count = 0;
+
+    Placement placed() const { return {w_placed_m2 / w, w_placed_rad2 / w}; }
   };
   struct Cell {
     Key key{};
@@ -90,7 +102,7 @@ class SurfelMap {
   int Slot(const Key& key) const;
   const Cell* At(const Key& key) const;
   void Fit(Cell& cell, const Vector3d& p_WS) const;
-  Moments Block(const Key& key) const;
+  Moments Block(const Cell& center) const;
 
   SurfelMapConfig config_;
   std::array<Cell, kSlots> slots_{};

@@ -123,6 +123,33 @@ TEST(PoseFilter, ADirectionWithoutInformationStaysAsItWas) {
   EXPECT_NEAR(along.dot(P * along), 1e-4 + shared_m2, 1e-9);
 }
 
+/// However often it looks at surroundings that it placed while unsure of itself; and a base that
+/// came from better ones is no less sure for it.
+TEST(PoseFilter, IsNotSurerThanWhatItFindsItselfAmong) {
+  const Placement placed{.m2 = 4e-6, .rad2 = 1e-4};
+  const auto after_fixes = [&placed](double at_start) {
+    PoseFilter filter(Fine());
+    BasePose start;
+    start.covariance = Vector3d::Constant(at_start).asDiagonal();
+    filter.Reset(start);
+    for (int k = 1; k <= 200; ++k) {
+      const Time now{milliseconds(20 * k)};
+      EXPECT_EQ(filter.Step(now, 0, 0, 0, 0), Status::kOk);
+      EXPECT_EQ(
+          filter.Correct({.stamp = now, .information = Information(1e-4, 1e-4), .placed = placed}),
+          Status::kOk);
+    }
+    return filter.pose().covariance;
+  };
+  const FixNoiseConfig shared = Fine().fix;
+  const Mat<3, 3> came_unsure = after_fixes(1e-2);
+  EXPECT_NEAR(came_unsure(0, 0), placed.m2 + shared.sigma_m * shared.sigma_m, 1e-7);
+  EXPECT_NEAR(came_unsure(2, 2), placed.rad2 + shared.sigma_rad * shared.sigma_rad, 1e-6);
+  const Mat<3, 3> came_sure = after_fixes(1e-7);
+  EXPECT_LT(came_sure(0, 0), 1.01e-7 + shared.sigma_m * shared.sigma_m);
+  EXPECT_LT(came_sure(2, 2), 1.01e-7 + shared.sigma_rad * shared.sigma_rad);
+}
+
 TEST(PoseFilter, ALateFixDoesAsOneThatCameInTime) {
   PoseFilter prompt(Fine());
   PoseFilter late(Fine());

@@ -64,19 +64,23 @@ void See(const std::vector<Wall>& walls, const Isometry3d& X_WS, Time stamp, Rng
   }
 }
 
-/// A guess that is known to 5 cm and 3 degrees.
-BasePose Unsure(const Vector3d& pose) {
+/// Standard deviations of a guess, in m and rad.
+constexpr double kSure = 1e-3;
+constexpr double kOnTheWay = 4e-3;
+constexpr double kSlipped = 0.05;
+
+BasePose Guess(const Vector3d& pose, double sigma) {
   BasePose guess{.x_m = pose.x(), .y_m = pose.y(), .phi_rad = pose.z()};
-  guess.covariance = Vector3d::Constant(0.05 * 0.05).asDiagonal();
+  guess.covariance = Vector3d::Constant(sigma * sigma).asDiagonal();
   return guess;
 }
 
 class ScanLocalizerTest : public testing::Test {
  protected:
-  Status Look(const Vector3d& truth, const Vector3d& guess, double pan_rad) {
+  Status Look(const Vector3d& truth, const Vector3d& guess, double pan_rad, double sigma = kSure) {
     now_ += std::chrono::milliseconds(67);
     See(kCell, BaseAt(truth) * Mount(pan_rad), now_, rng_, *cloud_);
-    return localizer_->Step(*cloud_, Mount(pan_rad), Unsure(guess), fix_);
+    return localizer_->Step(*cloud_, Mount(pan_rad), Guess(guess, sigma), fix_);
   }
 
   Rng rng_{9};
@@ -116,7 +120,8 @@ TEST_F(ScanLocalizerTest, DoesNotDriftOnAWayThatItsGuessesMisjudge) {
     truth += Vector3d(0.98 * v * std::cos(truth.z()), 0.98 * v * std::sin(truth.z()), 1.05 * w);
     guess += Vector3d(v * std::cos(guess.z()), v * std::sin(guess.z()), w);
     by_wheels += Vector3d(v * std::cos(by_wheels.z()), v * std::sin(by_wheels.z()), w);
-    if (Look(truth, guess, 0.5 * std::sin(0.07 * k)) == Status::kOk) {
+    const double sigma = k < 30 ? kSure : kOnTheWay;
+    if (Look(truth, guess, 0.5 * std::sin(0.07 * k), sigma) == Status::kOk) {
       guess = localizer_->pose();
     }
     worst_m = std::max(worst_m, (guess - truth).head<2>().norm());
@@ -129,13 +134,35 @@ TEST_F(ScanLocalizerTest, DoesNotDriftOnAWayThatItsGuessesMisjudge) {
       << "the wheels alone must fail this";
 }
 
+/// A wall just at the limit of range, where every other reading of it is beyond: those that noise
+/// draws near are not its place.
+TEST_F(ScanLocalizerTest, PlacesASurfaceAtItsLimitOfRangeWhereItIs) {
+  const std::vector<Wall> back = {{-Vector3d::UnitX(), -2.5}};
+  for (int k = 0; k < 60; ++k) {
+    See(back, Mount(0.01 * k), now_ += std::chrono::milliseconds(67), rng_, *cloud_);
+    (void)localizer_->Step(*cloud_, Mount(0.01 * k), {}, fix_);
+  }
+  double sum_m = 0;
+  int count = 0;
+  for (double y = -2; y < 2; y += 0.05) {
+    for (double z = 0; z < 1.5; z += 0.05) {
+      if (const Surfel* surfel = localizer_->map().Find({2.5, y, z})) {
+        sum_m += surfel->p_W.x() + surfel->n_W.y() / surfel->n_W.x() * (surfel->p_W.y() - y) - 2.5;
+        ++count;
+      }
+    }
+  }
+  ASSERT_GT(count, 100);
+  EXPECT_LT(std::abs(sum_m / count), 3e-3);
+}
+
 TEST_F(ScanLocalizerTest, AFixFarFromItsGuessPlacesNothing) {
   for (int k = 0; k < 40; ++k) {
     (void)Look(Vector3d::Zero(), Vector3d::Zero(), 0);
   }
   const int cells = localizer_->map().cells();
   const Vector3d pushed(0.06, 0.02, 0);
-  ASSERT_EQ(Look(pushed, Vector3d::Zero(), 0), Status::kOk);
+  ASSERT_EQ(Look(pushed, Vector3d::Zero(), 0, kSlipped), Status::kOk);
   EXPECT_NEAR(fix_.pose.x(), 0.06, 4e-3);
   EXPECT_FALSE(localizer_->trusted());
   EXPECT_EQ(localizer_->counters().jumps, 1U);
@@ -149,7 +176,7 @@ TEST_F(ScanLocalizerTest, FindsItselfAgain) {
   }
   for (const double turn : {-0.08, 0.08}) {
     const Vector3d slipped(0.03, -0.02, turn);
-    ASSERT_EQ(Look(slipped, Vector3d::Zero(), 0), Status::kOk) << turn;
+    ASSERT_EQ(Look(slipped, Vector3d::Zero(), 0, kSlipped), Status::kOk) << turn;
     EXPECT_LT((fix_.pose - slipped).head<2>().norm(), 8e-3) << turn;
     EXPECT_NEAR(fix_.pose.z(), turn, 8e-3);
     EXPECT_FALSE(localizer_->trusted());
@@ -166,7 +193,8 @@ TEST_F(ScanLocalizerTest, AFrameThatDoesNotFitPlacesNothing) {
   for (int i = 0; i < cloud_->size(); ++i) {
     cloud_->p_SQ[i] *= 1 + static_cast<float>(rng_.Uniform(-0.1, 0.1));
   }
-  const Status status = localizer_->Step(*cloud_, Mount(0), Unsure(Vector3d::Zero()), fix_);
+  const Status status =
+      localizer_->Step(*cloud_, Mount(0), Guess(Vector3d::Zero(), kSlipped), fix_);
   EXPECT_TRUE(status == Status::kFault || status == Status::kIterationLimit) << Name(status);
   EXPECT_EQ(localizer_->counters().refused, 1U);
   EXPECT_EQ(localizer_->map().cells(), cells);

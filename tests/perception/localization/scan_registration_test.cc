@@ -139,6 +139,31 @@ TEST(SurfelMap, IsFrozenOnceItIsSure) {
   EXPECT_EQ(map->Find({1.025, 0.125, 0.125})->p_W, before.p_W);
 }
 
+/// A base that was unsure of itself put a wall 4 cm off; a sure one puts it where it is.
+TEST(SurfelMap, IsBegunAnewWhereItIsPlacedBetter) {
+  const auto map = std::make_unique<SurfelMap>();
+  Rng rng(6);
+  const Vector3d eye(0, 0, 0.5);
+  const auto see = [&](double x_m, const Placement& placed) {
+    for (int i = 0; i < 40000; ++i) {
+      const Vector3d p(x_m + 0.001 * rng.Normal(), rng.Uniform(-0.5, 0.5), rng.Uniform(0, 1));
+      (void)map->Add(p, 0.001, eye, placed);
+    }
+  };
+  const Placement unsure{.m2 = 4e-4, .rad2 = 4e-4};
+  const Placement sure{.m2 = 1e-6, .rad2 = 1e-6};
+  see(1.53, unsure);
+  ASSERT_NE(map->Find({1.53, 0.02, 0.52}), nullptr);
+  EXPECT_NEAR(map->Find({1.53, 0.02, 0.52})->placed.m2, unsure.m2, 1e-9);
+  see(1.51, sure);
+  const Surfel* surfel = map->Find({1.51, 0.02, 0.52});
+  ASSERT_NE(surfel, nullptr);
+  EXPECT_NEAR(surfel->p_W.x(), 1.51, 1e-3);
+  EXPECT_NEAR(surfel->placed.m2, sure.m2, 1e-9);
+  see(1.53, unsure);  // frozen by then, and no better
+  EXPECT_NEAR(map->Find({1.51, 0.02, 0.52})->p_W.x(), 1.51, 1e-3);
+}
+
 TEST(SurfelMap, RefusesWhatIsNoPointAndWhatItHasNoRoomFor) {
   const auto map = std::make_unique<SurfelMap>();
   const double nan = std::numeric_limits<double>::quiet_NaN();
@@ -253,6 +278,37 @@ TEST_F(Registration, RefusesAScanOfAnotherPlaceAndOneOfTheUnknown) {
   config.iterations = 200;
   EXPECT_EQ(Register(*map_, pipes_, torn, Mount(), {0.2, 0.1, 0}, config, fix_, figures_),
             Status::kFault);
+}
+
+/// The narrow end of a wall is seen beside the wall's face, which has surfels; it has none.
+TEST_F(Registration, TakesAPointForItsOwnSurfaceOnly) {
+  const std::vector<Wall> face = {{Vector3d::UnitY(), -1.02}};
+  Fill(*map_, face, Vector3d::Zero(), 0.002, rng_);
+  const Isometry3d X_WS = Mount();
+  std::vector<ScanPoint> end;
+  for (int i = 0; i < 300; ++i) {
+    const Vector3d p(0.5, -1.02 - rng_.Uniform(0, 0.04), rng_.Uniform(0.2, 0.8));
+    end.push_back({(X_WS.inverse() * p).cast<float>(), 0.002F,
+                   (X_WS.linear().transpose() * -Vector3d::UnitX()).cast<float>()});
+  }
+  EXPECT_EQ(FromGuess(end, Vector3d::Zero()), Status::kUnavailable);
+  EXPECT_EQ(figures_.associated, 0);
+  for (ScanPoint& point : end) {
+    point.n_S.setZero();  // nothing known: the wall's
+  }
+  (void)FromGuess(end, Vector3d::Zero());
+  EXPECT_GT(figures_.associated, 100);
+}
+
+TEST_F(Registration, TellsHowSurelyItsSurroundingsWerePlaced) {
+  const Placement unsure{.m2 = 3e-5, .rad2 = 2e-4};
+  const Isometry3d X_WS = Mount();
+  for (const ScanPoint& point : Look(kRoom, X_WS, 120000, 0.005, rng_)) {
+    (void)map_->Add(X_WS * point.p_SQ.cast<double>(), point.sigma_m, X_WS.translation(), unsure);
+  }
+  ASSERT_EQ(FromGuess(Look(kRoom, X_WS, 1500, 0.005, rng_), Vector3d::Zero()), Status::kOk);
+  EXPECT_NEAR(fix_.placed.m2, unsure.m2, 1e-3 * unsure.m2);
+  EXPECT_NEAR(fix_.placed.rad2, unsure.rad2, 1e-3 * unsure.rad2);
 }
 
 TEST_F(Registration, OutliersDoNotMoveIt) {
