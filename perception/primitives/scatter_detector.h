@@ -5,9 +5,9 @@
 #include <cstdint>
 #include <span>
 
+#include "perception/cloud/point_grid.h"
 #include "perception/primitives/pipe_finder.h"
 #include "perception/primitives/plane_finder.h"
-#include "perception/primitives/point_grid.h"
 #include "perception/primitives/thinning.h"
 #include "platform/core/fixed_vector.h"
 #include "platform/core/rng.h"

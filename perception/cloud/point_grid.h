@@ -10,6 +10,7 @@ namespace pipewright {
 
 /// Points by the cube that holds them, for neighbours within the cube's width. Cubes share slots of
 /// a fixed table by a hash: a neighbour is asked for its distance, so that sharing costs time only.
+/// ~0.5 MB, no heap.
 class PointGrid {
  public:
   static constexpr int kMaxPoints = 1 << 15;
@@ -21,6 +22,36 @@ class PointGrid {
   /// cubes about p).
   template <typename Visit>
   void ForEachNear(const Eigen::Vector3f& p, const Visit& visit) const {
+    ForEachSlotNear(p, [&](int slot) {
+      for (int i = first_[slot]; i < end_[slot]; ++i) {
+        if (IsNear(order_[i], p)) {
+          visit(order_[i]);
+        }
+      }
+    });
+  }
+
+  /// The same, and points for which take(index) is true leave the grid: where many are near each
+  /// other, later questions then meet few.
+  template <typename Take>
+  void TakeNear(const Eigen::Vector3f& p, const Take& take) {
+    ForEachSlotNear(p, [&](int slot) {
+      for (int i = first_[slot]; i < end_[slot];) {
+        if (IsNear(order_[i], p) && take(order_[i])) {
+          order_[i] = order_[--end_[slot]];
+        } else {
+          ++i;
+        }
+      }
+    });
+  }
+
+ private:
+  static constexpr int kSlots = 1 << 15;
+
+  /// The slots of the 27 cubes about p, each once.
+  template <typename Visit>
+  void ForEachSlotNear(const Eigen::Vector3f& p, const Visit& visit) const {
     std::array<int, 27> seen{};
     int slots = 0;
     const Eigen::Vector3i cell = CellOf(p);
@@ -30,21 +61,16 @@ class PointGrid {
       for (int j = 0; j < slots; ++j) {
         again |= seen[j] == slot;
       }
-      if (again) {
-        continue;
-      }
-      seen[slots++] = slot;
-      for (int i = first_[slot]; i < first_[slot + 1]; ++i) {
-        if ((points_[order_[i]] - p).squaredNorm() <= width_m_ * width_m_) {
-          visit(order_[i]);
-        }
+      if (!again) {
+        seen[slots++] = slot;
+        visit(slot);
       }
     }
   }
 
- private:
-  static constexpr int kSlots = 1 << 15;
-
+  bool IsNear(int i, const Eigen::Vector3f& p) const {
+    return (points_[i] - p).squaredNorm() <= width_m_ * width_m_;
+  }
   Eigen::Vector3i CellOf(const Eigen::Vector3f& p) const {
     return (p / width_m_).array().floor().cast<int>();
   }
@@ -57,7 +83,9 @@ class PointGrid {
 
   std::span<const Eigen::Vector3f> points_;
   float width_m_ = 1;
-  std::array<int, kSlots + 1> first_{};
+  // Slot k holds order_[first_[k]] ... order_[end_[k] - 1].
+  std::array<int, kSlots> first_{};
+  std::array<int, kSlots> end_{};
   std::array<int, kMaxPoints> order_{};
 };
 
