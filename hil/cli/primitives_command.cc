@@ -27,7 +27,8 @@ int Primitives(const PrimitivesOptions& options) {
   const std::pair<const char*, double> numbers[] = {
       {"--sigma", options.sigma_m},           {"--neighbour", options.neighbour_m},
       {"--range", options.range_m},           {"--radius-min", options.radius_min_m},
-      {"--radius-max", options.radius_max_m}, {"--length-min", options.length_min_m}};
+      {"--radius-max", options.radius_max_m}, {"--length-min", options.length_min_m},
+      {"--reach", options.reach_m},           {"--spacing", options.spacing_rad.value_or(0)}};
   for (const auto& [name, value] : numbers) {
     if (std::isnan(value)) {
       fmt::print(stderr, "pipewright: {} is not a number\n", name);
@@ -57,7 +58,8 @@ int Primitives(const PrimitivesOptions& options) {
 
 void AddPrimitives(CLI::App& app, int* exit_code) {
   CLI::App* command = app.add_subcommand(
-      "primitives", "Find planes and pipes in a point cloud, with how sure they are");
+      "primitives",
+      "Find planes and pipes in a point cloud, with how sure they are, and clusters of the rest");
   const auto options = std::make_shared<PrimitivesOptions>();
   command
       ->add_option("FILE", options->file,
@@ -86,6 +88,19 @@ void AddPrimitives(CLI::App& app, int* exit_code) {
   command->add_option("--length-min", options->length_min_m, "of pipes [m]")
       ->check(CLI::Range(1e-3, 100.0))
       ->capture_default_str();
+  command
+      ->add_option(
+          "--reach", options->reach_m,
+          "points that no plane and no pipe explains are of one cluster when they are this\n"
+          "near [m]")
+      ->check(CLI::Range(1e-3, 10.0))
+      ->capture_default_str();
+  command
+      ->add_option(
+          "--spacing", options->spacing_rad,
+          "that reach is at least this, times the range from the frame's origin [rad]: of\n"
+          "an image three pixels when not given, of unorganised points 0")
+      ->check(CLI::Range(0.0, 0.5));
   command->add_option("--seed", options->seed, "of the draws")->capture_default_str();
   command->add_flag("--json", options->json, "print one object, and nothing else, on stdout");
   command->callback([options, exit_code] { *exit_code = Primitives(*options); });
@@ -94,8 +109,12 @@ void AddPrimitives(CLI::App& app, int* exit_code) {
       "depth image, z forward; any other as points in any order. Printed, in the file's frame:\n"
       "planes n'x = d with the rectangle that was seen, pipes by a point p and the direction l of\n"
       "their axis and the radius, each with its standard deviations, the points it was fitted to\n"
-      "and chi2 per degree of freedom: near 1 when --sigma is right. --json adds covariances, of\n"
-      "(n, d) and of (p, l, r).\n"
+      "and chi2 per degree of freedom: near 1 when --sigma is right; then clusters of at least 20\n"
+      "points that none of them explains, by their centroid p and the sides of the box along the\n"
+      "frame's axes that holds them. More than 32768 unexplained points are first thinned evenly\n"
+      "in space, to one a cube of a quarter of the reach or wider. --json adds covariances, of\n"
+      "(n, d) and of (p, l, r), and of clusters the box's corners and the spread along their own\n"
+      "axes.\n"
       "Exit code: 0 the file was read, whatever was found; 2 the input is bad.\n"
       "Example: pipewright primitives scan.pcd --sigma 0.02");
 }

@@ -9,6 +9,8 @@
 
 #include "perception/primitives/detector.h"
 #include "perception/primitives/scatter_detector.h"
+#include "perception/primitives/thinning.h"
+#include "perception/primitives/unexplained.h"
 
 namespace pipewright::hil {
 namespace {
@@ -17,6 +19,8 @@ using Json = nlohmann::ordered_json;
 
 constexpr double kDepthSigma_m = 0.004;  ///< at 1 m
 constexpr double kPointSigma_m = 0.01;
+constexpr double kReach_pixels = 3;  ///< of an image: a surface may be seen at a slant
+constexpr int kClusterPoints = 20;
 
 /// The image, thinned to what a DepthView holds. False when no pinhole at the origin saw it.
 bool MakeView(const PcdCloud& from, const DepthNoise& noise, DepthView& view, int& used) {
@@ -39,6 +43,48 @@ bool MakeView(const PcdCloud& from, const DepthNoise& noise, DepthView& view, in
     }
   }
   return view.Set(*cloud, noise) == Status::kOk && 2 * used > 0;
+}
+
+/// Readings of the image that planes and pipes are looked for in.
+std::vector<Eigen::Vector3f> Readings(const DepthView& view, double range_m) {
+  std::vector<Eigen::Vector3f> points;
+  for (int i = 0; i < view.size(); ++i) {
+    if (view.seen(i) && view.p_S(i).z() <= static_cast<float>(range_m)) {
+      points.push_back(view.p_S(i));
+    }
+  }
+  return points;
+}
+
+/// Clusters of the points that the run's planes and pipes leave unexplained.
+void FindClusters(std::span<const Eigen::Vector3f> points, const PointNoise& noise,
+                  const PrimitivesOptions& options, PrimitivesRun& run) {
+  std::vector<int> numbers(points.size());
+  numbers.resize(Unexplained(points, run.planes, run.pipes, noise, {}, numbers));
+  run.unexplained = static_cast<int>(numbers.size());
+  const auto far_m = static_cast<float>(ClusterFinder::kFar_reaches * options.reach_m);
+  std::vector<Eigen::Vector3f> left;
+  for (const int i : numbers) {
+    if (points[i].cwiseAbs().maxCoeff() <= far_m) {
+      left.push_back(points[i]);
+    }
+  }
+  // Thinning must not part what the reach joins.
+  constexpr float kCubesAReach = 4;
+  numbers.resize(Thinning::kMaxPoints);
+  numbers.resize(std::make_unique<Thinning>()->Pick(
+      left, static_cast<float>(options.reach_m) / kCubesAReach, numbers));
+  std::vector<Eigen::Vector3f> thinned;
+  thinned.reserve(numbers.size());
+  for (const int i : numbers) {
+    thinned.push_back(left[i]);
+  }
+  run.clustered = static_cast<int>(thinned.size());
+  const auto finder = std::make_unique<ClusterFinder>();
+  // Full is said by what was left out; more it cannot be, with points that are near and thinned.
+  static_cast<void>(finder->Find(thinned, {options.reach_m, run.spacing_rad, kClusterPoints}));
+  run.clusters.assign(finder->clusters().begin(), finder->clusters().end());
+  run.clusters_left_out = finder->clusters_refused();
 }
 
 Json Numbers(const Vector3d& v) { return {v.x(), v.y(), v.z()}; }
@@ -96,6 +142,9 @@ PrimitivesRun RunPrimitives(const PcdCloud& cloud, const PrimitivesOptions& opti
     detector->Detect(*view, {});
     run.planes.assign(detector->planes().begin(), detector->planes().end());
     run.pipes.assign(detector->pipes().begin(), detector->pipes().end());
+    const double pixels_rad = std::min(kReach_pixels / static_cast<double>(view->focal()), 0.5);
+    run.spacing_rad = options.spacing_rad.value_or(pixels_rad);
+    FindClusters(Readings(*view, options.range_m), {.depth = config.noise}, options, run);
     return run;
   }
   ScatterConfig scattered;
@@ -110,13 +159,25 @@ PrimitivesRun RunPrimitives(const PcdCloud& cloud, const PrimitivesOptions& opti
   run.used = detector->points_used();
   run.planes.assign(detector->planes().begin(), detector->planes().end());
   run.pipes.assign(detector->pipes().begin(), detector->pipes().end());
+  run.spacing_rad = options.spacing_rad.value_or(0);
+  FindClusters(cloud.points, {.depth = {}, .sigma_m = scattered.sigma_m}, options, run);
   return run;
 }
 
 Json PrimitivesJson(const PrimitivesRun& run, const PrimitivesOptions& options) {
-  Json object{{"file", options.file},    {"organised", run.organised}, {"points", run.points},
-              {"points_used", run.used}, {"sigma_m", run.sigma_m},     {"planes", Json::array()},
-              {"pipes", Json::array()}};
+  Json object{{"file", options.file},
+              {"organised", run.organised},
+              {"points", run.points},
+              {"points_used", run.used},
+              {"sigma_m", run.sigma_m},
+              {"planes", Json::array()},
+              {"pipes", Json::array()},
+              {"unexplained", run.unexplained},
+              {"clustered", run.clustered},
+              {"reach_m", options.reach_m},
+              {"spacing_rad", run.spacing_rad},
+              {"clusters", Json::array()},
+              {"clusters_left_out", run.clusters_left_out}};
   for (const DetectedPlane& plane : run.planes) {
     object["planes"].push_back(
         {{"n", Numbers(plane.fit.n_S)},
@@ -141,6 +202,13 @@ Json PrimitivesJson(const PrimitivesRun& run, const PrimitivesOptions& options) 
                                {"inliers", fit.count},
                                {"lo_m", pipe.lo_m},
                                {"hi_m", pipe.hi_m}});
+  }
+  for (const PointCluster& cluster : run.clusters) {
+    object["clusters"].push_back({{"points", cluster.points},
+                                  {"centroid_m", Numbers(cluster.centroid_S)},
+                                  {"min_m", Numbers(cluster.min_S)},
+                                  {"max_m", Numbers(cluster.max_S)},
+                                  {"spread_m", Numbers(cluster.spread_m)}});
   }
   return object;
 }
@@ -168,7 +236,22 @@ std::string PrimitivesTable(const PrimitivesRun& run, const PrimitivesOptions& o
         p.x(), p.y(), p.z(), l.x(), l.y(), l.z(), AxisSigma_rad(pipe.fit), pipe.fit.radius_m,
         RadiusSigma_m(pipe.fit), pipe.hi_m - pipe.lo_m, pipe.fit.count, pipe.fit.chi2);
   }
-  return text + fmt::format("{} planes, {} pipes\n", run.planes.size(), run.pipes.size());
+  for (const PointCluster& cluster : run.clusters) {
+    const Vector3d& p = cluster.centroid_S;
+    const Vector3d box = cluster.max_S - cluster.min_S;
+    text += fmt::format(
+        "cluster  p ({:.4f} {:.4f} {:.4f}) m  box {:.2f} x {:.2f} x {:.2f} m  {} points\n", p.x(),
+        p.y(), p.z(), box.x(), box.y(), box.z(), cluster.points);
+  }
+  text += fmt::format("{} planes, {} pipes, {} clusters of {} unexplained points",
+                      run.planes.size(), run.pipes.size(), run.clusters.size(), run.unexplained);
+  if (run.clustered < run.unexplained) {
+    text += fmt::format(", thinned to {}", run.clustered);
+  }
+  if (run.clusters_left_out > 0) {
+    text += fmt::format("; {} smaller clusters left out", run.clusters_left_out);
+  }
+  return text + "\n";
 }
 
 }  // namespace pipewright::hil

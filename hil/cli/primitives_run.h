@@ -3,10 +3,12 @@
 
 #include <cstdint>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "hil/pcd/pcd.h"
+#include "perception/cloud/cluster_finder.h"
 #include "perception/primitives/pipe_finder.h"
 #include "perception/primitives/plane_finder.h"
 
@@ -20,6 +22,8 @@ struct PrimitivesOptions {
   double radius_min_m = 0.02;
   double radius_max_m = 0.15;
   double length_min_m = 0.08;
+  double reach_m = 0.05;              ///< of clusters
+  std::optional<double> spacing_rad;  ///< the reach's growth per range; none: by the cloud's kind
   std::uint64_t seed = 1;
   bool json = false;
 };
@@ -32,10 +36,15 @@ struct PrimitivesRun {
   double sigma_m = 0;
   std::vector<DetectedPlane> planes;
   std::vector<DetectedPipe> pipes;
+  int unexplained = 0;  ///< points that are of no plane and no pipe
+  double spacing_rad = 0;
+  int clustered = 0;  ///< of those, after thinning
+  std::vector<PointCluster> clusters;
+  int clusters_left_out = 0;
 };
 
 /// Organised clouds that a pinhole at the origin could have seen as depth images, all others as
-/// points in any order.
+/// points in any order. What they leave unexplained is clustered.
 PrimitivesRun RunPrimitives(const PcdCloud& cloud, const PrimitivesOptions& options);
 
 nlohmann::ordered_json PrimitivesJson(const PrimitivesRun& run, const PrimitivesOptions& options);
