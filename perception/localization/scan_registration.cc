@@ -46,18 +46,10 @@ NormalEquations Linearise(const SurfelMap& map, const PipeLandmarks& pipes,
         !(n.dot(X_WS.linear() * point.n_S.cast<double>()) > config.alike_cosine)) {
       continue;
     }
-    const double cosine = -n.dot((p_WQ - p_WS).normalized());
-    if (!(cosine > config.view_cosine)) {
-      continue;  // grazing, or the surface's other side
+    const auto [r, var, cosine] = MisfitOf(*surfel, point.sigma_m, p_WQ, p_WS, config.model_m);
+    if (!(cosine > config.view_cosine) || std::abs(r) > map.reach_m() + reach_m) {
+      continue;  // grazing, or the surface's other side; or too far beside it
     }
-    const Vector3d away = p_WQ - surfel->p_W;
-    const double r = n.dot(away);
-    if (std::abs(r) > map.reach_m() + reach_m) {
-      continue;
-    }
-    const double range_var = point.sigma_m * point.sigma_m * cosine * cosine;
-    const double var = range_var + surfel->offset_var_m2 + surfel->rough_var_m2 +
-                       surfel->tilt_var_rad2 * away.squaredNorm() + config.model_m * config.model_m;
     ++sum.associated;
     if (r * r < kKernel * kKernel * var) {
       ++sum.inliers;
@@ -114,6 +106,17 @@ bool Finite(const Isometry3d& X_BS, const Vector3d& guess) {
 }
 
 }  // namespace
+
+Misfit MisfitOf(const Surfel& surfel, float sigma_m, const Vector3d& p_WQ, const Vector3d& p_WS,
+                double model_m) {
+  const Vector3d& n = surfel.n_W;
+  const double cosine = -n.dot((p_WQ - p_WS).normalized());
+  const Vector3d away = p_WQ - surfel.p_W;
+  const double range_var = sigma_m * sigma_m * cosine * cosine;
+  const double var = range_var + surfel.offset_var_m2 + surfel.rough_var_m2 +
+                     surfel.tilt_var_rad2 * away.squaredNorm() + model_m * model_m;
+  return {n.dot(away), var, cosine};
+}
 
 Isometry3d BaseAt(const Vector3d& pose) {
   Isometry3d X_WB = Isometry3d::Identity();

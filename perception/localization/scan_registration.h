@@ -60,6 +60,16 @@ struct RegistrationFigures {
   int directions = 0;  ///< of (x, y, phi) that the scan determines
 };
 
+/// How a reading lies to a surface that is known.
+struct Misfit {
+  double r_m = 0;     ///< n'(q - p)
+  double var_m2 = 0;  ///< what σ² of Register() says of it
+  double cosine = 0;  ///< between the ray back and the normal; not positive: the other side
+};
+
+Misfit MisfitOf(const Surfel& surfel, float sigma_m, const Vector3d& p_WQ, const Vector3d& p_WS,
+                double model_m);
+
 /// X_WB of a base at (x, y, phi).
 Isometry3d BaseAt(const Vector3d& pose);
 

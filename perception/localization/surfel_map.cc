@@ -173,6 +173,20 @@ void SurfelMap::Fit(Cell& cell, const Vector3d& p_WS) const {
   surfel.placed = sum.placed();
 }
 
+/// The six cells with a face in common with a cell, as far as they hold points.
+template <typename Visit>
+void SurfelMap::ForEachBeside(const Key& key, const Visit& visit) const {
+  for (int axis = 0; axis < 3; ++axis) {
+    for (const int step : {-1, 1}) {
+      Key beside = key;
+      beside[axis] += step;
+      if (const Cell* cell = At(beside); cell != nullptr) {
+        visit(*cell);
+      }
+    }
+  }
+}
+
 const Surfel* SurfelMap::Find(const Vector3d& p_WQ) const {
   Key key;
   if (!KeyOf(p_WQ, key)) {
@@ -184,21 +198,28 @@ const Surfel* SurfelMap::Find(const Vector3d& p_WQ) const {
   }
   const Surfel* nearest = nullptr;
   double least_m2 = std::numeric_limits<double>::infinity();
-  for (int axis = 0; axis < 3; ++axis) {
-    for (const int step : {-1, 1}) {
-      Key beside = key;
-      beside[axis] += step;
-      const Cell* cell = At(beside);
-      if (cell != nullptr && cell->has_surfel) {
-        const double d2 = (cell->surfel.p_W - p_WQ).squaredNorm();
-        if (d2 < least_m2) {
-          least_m2 = d2;
-          nearest = &cell->surfel;
-        }
-      }
+  ForEachBeside(key, [&](const Cell& cell) {
+    const double d2 = (cell.surfel.p_W - p_WQ).squaredNorm();
+    if (cell.has_surfel && d2 < least_m2) {
+      least_m2 = d2;
+      nearest = &cell.surfel;
     }
-  }
+  });
   return nearest;
+}
+
+int SurfelMap::Loose(const Vector3d& p_WQ) const {
+  Key key;
+  if (!KeyOf(p_WQ, key)) {
+    return 0;
+  }
+  const Cell* own = At(key);
+  if (own != nullptr && own->has_surfel) {
+    return 0;
+  }
+  int count = own != nullptr ? own->moments.count : 0;
+  ForEachBeside(key, [&](const Cell& cell) { count += cell.has_surfel ? 0 : cell.moments.count; });
+  return count;
 }
 
 }  // namespace pipewright

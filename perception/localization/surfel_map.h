@@ -73,6 +73,10 @@ class SurfelMap {
   /// Points on that side alone would pull.
   double reach_m() const { return config_.cell_m; }
 
+  /// Points seen in the point's cell and the six beside it that no surfel stands for: those of an
+  /// edge, of something bent, or of what was seen thinly. 0 where the cell itself has a surfel.
+  int Loose(const Vector3d& p_WQ) const;
+
   int cells() const { return cells_; }
   std::uint64_t refused() const { return refused_; }
 
@@ -101,6 +105,8 @@ class SurfelMap {
   bool KeyOf(const Vector3d& p_WQ, Key& key) const;
   int Slot(const Key& key) const;
   const Cell* At(const Key& key) const;
+  template <typename Visit>
+  void ForEachBeside(const Key& key, const Visit& visit) const;
   void Fit(Cell& cell, const Vector3d& p_WS) const;
   Moments Block(const Cell& center) const;
 

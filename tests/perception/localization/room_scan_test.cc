@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "hil/pcd/pcd.h"
+#include "perception/localization/new_points.h"
 #include "perception/localization/scan_registration.h"
 
 namespace pipewright {
@@ -123,6 +124,41 @@ TEST(RoomScan, TheSecondIsBroughtOntoTheFirst) {
   EXPECT_NEAR(fix.pose.z(), odometry.z(), 0.03);
   EXPECT_NEAR(fix.pose.z(), overlap.z(), 0.015);
   EXPECT_LT((fix.pose - overlap).head<2>().norm(), 0.1) << "the oracle's columns are that wide";
+}
+
+TEST(RoomScan, LittleOfHalfAScanIsNewToTheOtherHalfAndMoreOfOneFromElsewhere) {
+  const char* const shared = std::getenv("PIPEWRIGHT_SHARED");
+  if (shared == nullptr) {
+    GTEST_SKIP() << "SKIPPED: PIPEWRIGHT_SHARED is not set, NOTHING new was looked for";
+  }
+  const std::filesystem::path folder = std::filesystem::path(shared) / "data/clouds";
+  const Points scan1 = RoomScan(folder / "room_scan1.pcd");
+  const Points scan2 = RoomScan(folder / "room_scan2.pcd");
+  PoseFix fix;
+  ASSERT_EQ(Match(scan1, scan2, {1.79387, 0.720047, 0.6931}, fix), Status::kOk);
+  constexpr float kSigma_m = 0.02F;
+  const auto map = std::make_unique<SurfelMap>(SurfelMapConfig{.cell_m = 0.2, .bend = 0.1});
+  std::vector<ScanPoint> half;
+  std::vector<ScanPoint> other;
+  for (std::size_t i = 0; i < scan1.size(); ++i) {
+    if (i % 2 == 0) {
+      (void)map->Add(scan1[i].cast<double>(), kSigma_m, Vector3d::Zero());
+    } else {
+      half.push_back({scan1[i], kSigma_m});
+    }
+  }
+  for (const Eigen::Vector3f& p : scan2) {
+    other.push_back({p, kSigma_m});
+  }
+  const auto share = [&](const std::vector<ScanPoint>& scan, const Isometry3d& X_WS) {
+    std::vector<int> numbers(scan.size());
+    return NewPoints(*map, PipeLandmarks(), scan, X_WS, {}, numbers) /
+           static_cast<double>(scan.size());
+  };
+  const double of_half = share(half, Isometry3d::Identity());
+  const double of_other = share(other, BaseAt(fix.pose));
+  EXPECT_LT(of_half, 0.03);
+  EXPECT_GT(of_other, 0.1) << "what the first did not see";
 }
 
 }  // namespace
