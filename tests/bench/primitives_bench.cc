@@ -124,24 +124,23 @@ void ReportTimes(const Options& options, Json& object) {
   const struct {
     const char* name;
     const std::vector<double>& ms;
-  } parts[] = {{"cloud", times.cloud_ms},
-               {"view", times.view_ms},
-               {"planes", times.planes_ms},
-               {"pipes", times.pipes_ms},
-               {"all", times.all_ms}};
+  } parts[] = {{"cloud", times.cloud_ms}, {"view", times.view_ms}, {"planes", times.planes_ms},
+               {"pipes", times.pipes_ms}, {"all", times.all_ms},   {"clusters", times.clusters_ms}};
   const auto n = static_cast<double>(std::max<std::size_t>(1, times.all_ms.size()));
   Json json{{"case", kTimed.name},
             {"frames", times.all_ms.size()},
             {"passes", options.passes},
             {"planes_a_frame", times.planes / n},
             {"pipes_a_frame", times.pipes / n},
+            {"clusters_a_frame", times.clusters / n},
             {"heap_counted", hil::HeapWatch::Counting()},
             {"heap_allocations", times.heap_allocations}};
   if (!options.json) {
     fmt::print(
-        "{}, {} frames, least of {} passes: {:.2f} planes and {:.2f} pipes a frame, heap "
-        "allocations {}\n  ms           p50     p99     max\n",
+        "{}, {} frames, least of {} passes: {:.2f} planes, {:.2f} pipes and {:.2f} clusters a "
+        "frame, heap allocations {}\n  ms           p50     p99     max\n",
         kTimed.name, times.all_ms.size(), options.passes, times.planes / n, times.pipes / n,
+        times.clusters / n,
         hil::HeapWatch::Counting() ? std::to_string(times.heap_allocations) : "not counted");
   }
   for (const auto& part : parts) {

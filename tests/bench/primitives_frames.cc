@@ -3,6 +3,7 @@
 
 #include <Eigen/Cholesky>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <ctime>
 #include <limits>
@@ -10,9 +11,11 @@
 #include <span>
 
 #include "hil/cli/heap_watch.h"
+#include "perception/cloud/cluster_finder.h"
 #include "perception/primitives/pipe_finder.h"
 #include "perception/primitives/plane_finder.h"
 #include "perception/primitives/track.h"
+#include "perception/primitives/unexplained.h"
 
 namespace pipewright::bench {
 namespace {
@@ -39,6 +42,27 @@ struct Pipeline {
     return {planes->found().begin(), planes->found().end()};
   }
 
+  /// Clusters of the view's readings that its primitives leave unexplained.
+  void Cluster() {
+    int count = 0;
+    for (int i = 0; i < view->size(); ++i) {
+      if (view->seen(i)) {
+        (*readings)[count++] = view->p_S(i);
+      }
+    }
+    count =
+        Unexplained({readings->data(), static_cast<std::size_t>(count)}, FoundPlanes(),
+                    {pipes->found().begin(), pipes->found().end()}, {.depth = noise}, {}, *numbers);
+    for (int k = 0; k < count; ++k) {
+      (*readings)[k] = (*readings)[(*numbers)[k]];
+    }
+    constexpr double kPixels = 3;
+    const Status status =
+        clusters->Find({readings->data(), static_cast<std::size_t>(count)},
+                       {.spacing_rad = kPixels / static_cast<double>(view->focal())});
+    clusters_found = status == Status::kOk ? clusters->clusters().size() : 0;
+  }
+
   DepthNoise noise;
   CloudConfig cloud_config;
   CloudCounts counts;
@@ -47,6 +71,12 @@ struct Pipeline {
   std::unique_ptr<DepthView> view = std::make_unique<DepthView>();
   std::unique_ptr<PlaneFinder> planes;
   std::unique_ptr<PipeFinder> pipes;
+  std::unique_ptr<std::array<Eigen::Vector3f, DepthView::kMaxPixels>> readings =
+      std::make_unique<std::array<Eigen::Vector3f, DepthView::kMaxPixels>>();
+  std::unique_ptr<std::array<int, DepthView::kMaxPixels>> numbers =
+      std::make_unique<std::array<int, DepthView::kMaxPixels>>();
+  std::unique_ptr<ClusterFinder> clusters = std::make_unique<ClusterFinder>();
+  int clusters_found = 0;
 };
 
 template <int n>
@@ -160,7 +190,7 @@ FrameTimes MeasureTimes(const FrameCase& c, int frames, int passes, std::uint64_
   Pipeline run(c, seed);
   for (int k = 0; k < frames; ++k) {
     source.Next(*run.frame);
-    double least[4] = {1e9, 1e9, 1e9, 1e9};
+    double least[5] = {1e9, 1e9, 1e9, 1e9, 1e9};
     double all = 1e9;
     const hil::HeapWatch heap;
     for (int pass = 0; pass < passes; ++pass) {
@@ -175,10 +205,12 @@ FrameTimes MeasureTimes(const FrameCase& c, int frames, int passes, std::uint64_
       }
       const double planes = Time_ms([&] { run.planes->Find(*run.view, {}); });
       const double pipes = Time_ms([&] { run.pipes->Find(*run.view, {}, run.FoundPlanes()); });
+      const double clusters = Time_ms([&] { run.Cluster(); });
       least[0] = std::min(least[0], cloud);
       least[1] = std::min(least[1], view);
       least[2] = std::min(least[2], planes);
       least[3] = std::min(least[3], pipes);
+      least[4] = std::min(least[4], clusters);
       all = std::min(all, cloud + view + planes + pipes);
     }
     times.heap_allocations += heap.allocations();
@@ -189,9 +221,11 @@ FrameTimes MeasureTimes(const FrameCase& c, int frames, int passes, std::uint64_
     times.view_ms.push_back(least[1]);
     times.planes_ms.push_back(least[2]);
     times.pipes_ms.push_back(least[3]);
+    times.clusters_ms.push_back(least[4]);
     times.all_ms.push_back(all);
     times.planes += run.planes->found().size();
     times.pipes += run.pipes->found().size();
+    times.clusters += run.clusters_found;
   }
   return times;
 }

@@ -30,9 +30,11 @@ struct FrameTimes {
   std::vector<double> view_ms;
   std::vector<double> planes_ms;
   std::vector<double> pipes_ms;
-  std::vector<double> all_ms;
-  double planes = 0;  ///< a frame
+  std::vector<double> all_ms;       ///< up to here
+  std::vector<double> clusters_ms;  ///< of what they leave unexplained
+  double planes = 0;                ///< a frame
   double pipes = 0;
+  double clusters = 0;
   std::uint64_t heap_allocations = 0;
 };
 
