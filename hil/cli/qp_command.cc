@@ -70,8 +70,11 @@ void AddQp(CLI::App& app, int* exit_code) {
       "(rows added or dropped), relative KKT residual in the file's own numbers, least time; with\n"
       "--json also x in the file's variables, slacks included. Of the set: the spread of those\n"
       "times, and heap allocations. Timed and counted is the solve alone; every number of the\n"
-      "problem is new to it. Hard rows of one variable are posed as its bounds, slacks are not\n"
-      "posed at all. At most 32 variables beside the slacks and 256 rows.\n"
+      "problem is new to it. With --warm the spread is of the warm starts: the first problem, "
+      "which\n"
+      "has none before it, is timed in its own line only. Hard rows of one variable are posed as\n"
+      "its bounds, slacks are not posed at all. At most 32 variables beside the slacks and 256\n"
+      "rows.\n"
       "Exit code: 0 every problem ended as the file expects; 1 one did not, or its optimum has a\n"
       "KKT residual above 1e-6; 2 the input is bad.\n"
       "Example: pipewright qp tests/data/qp/drift.qpb --warm --repeat 20");

@@ -37,7 +37,8 @@ struct QpRun {
 inline constexpr double kQpLargestKkt = 1e-6;
 
 /// Solves every problem `repeat` times, pass after pass, each in the smallest size that holds it;
-/// a warm set, in the smallest that holds all. Every pass begins cold: all do the same work.
+/// a warm set, in the smallest that holds all. Every pass begins cold: all do the same work, and a
+/// warm set's spread is that of the problems after the first.
 QpRun RunQpSet(const QpbSet& set, const QpOptions& options);
 
 bool Passed(const QpRun& run);

@@ -151,6 +151,11 @@ TEST(QpCommand, StartsWarmOnlyWhenAskedAndAnswersTheSame) {
   EXPECT_EQ(Iterations(cold), Iterations(again));
   EXPECT_LT(2 * Iterations(warm), Iterations(cold));
   EXPECT_EQ(warm["problems"][0]["iterations"], cold["problems"][0]["iterations"]);
+  double largest_us = 0;  // of those that have one before them
+  for (std::size_t k = 1; k < warm["problems"].size(); ++k) {
+    largest_us = std::max(largest_us, warm["problems"][k]["us"].get<double>());
+  }
+  EXPECT_NEAR(warm["us"]["max"], largest_us, 1e-3);
   for (std::size_t k = 0; k < cold["problems"].size(); ++k) {
     const json& x = cold["problems"][k]["x"];
     EXPECT_EQ(x, again["problems"][k]["x"]);
