@@ -43,7 +43,7 @@ std::string ReadInput(const MapOptions& options, MapInput& input) {
 }
 
 std::string WriteResults(const MapOptions& options, const MapRun& run) {
-  std::string error = options.dump.empty() ? "" : WriteMapDump(*run.grid, options.dump);
+  std::string error = options.dump.empty() ? "" : WriteMapDump(run, options.dump);
   if (error.empty() && !options.hits.empty()) {
     error = WriteRayHits(run, options.hits);
   }
@@ -89,11 +89,20 @@ void AddMap(CLI::App& app, int* exit_code) {
       command->add_option("--rays", options->rays, "cast the rays of this file, in MPR1");
   CLI::Option* views = command->add_option(
       "--views", options->views, "evaluate the views of this file, in MPV1, as a planner's gain");
+  CLI::Option* box =
+      command
+          ->add_option("--box", options->box,
+                       "store the voxels from x y z to x y z, inclusive, and no others;\n"
+                       "without it, all that the scans can touch")
+          ->expected(6);
   command
-      ->add_option("--box", options->box,
-                   "store the voxels from x y z to x y z, inclusive, and no others;\n"
-                   "without it, all that the scans can touch")
-      ->expected(6);
+      ->add_option(
+          "--window", options->window_m,
+          "store a box with sides of so many m, in whole bricks, which follows the scans'\n"
+          "origins. Bricks that leave it are kept aside, taken in again when it comes back,\n"
+          "and are in the --dump; rays and views see the box where it ends")
+      ->check(CLI::Range(0.1, 1000.0))
+      ->excludes(box);
   command->add_flag("--discretise", options->discretise,
                     "one ray for each voxel that holds points, instead of one for each point");
   command

@@ -79,6 +79,12 @@ Json MapJson(const MapInput& input, const MapRun& run, const MapOptions& options
         {"bricks_capacity", grid.config().brick_capacity},
         {"bytes_per_voxel", VoxelGrid::kBytesPerVoxel}}},
       {"heap_allocations", HeapWatch::Counting() ? Json(run.heap_allocations) : Json(nullptr)}};
+  if (run.window) {
+    figures["window"] = {{"moves", run.window->moves()},
+                         {"move_ms_max", Rounded(run.move_ms)},
+                         {"bricks_left", run.window->left().size()},
+                         {"known_outside", run.window->known_outside()}};
+  }
   if (!options.rays.empty()) {
     figures["rays"] = {{"count", input.rays.rays.size()},
                        {"max_range_m", input.rays.max_range_m},
@@ -108,6 +114,13 @@ std::string MapTable(const Json& f) {
       map["unknown"].get<int>(), f["width_m"].get<double>(), memory["bytes"].get<std::int64_t>(),
       memory["bricks_used"].get<int>(), memory["bricks_capacity"].get<int>(),
       memory["bytes_per_voxel"].get<double>());
+  if (f.contains("window")) {
+    const Json& window = f["window"];
+    table += fmt::format(
+        "window      {} moves, {:.3f} ms at most; {} bricks left it, with {} known voxels\n",
+        window["moves"].get<int>(), window["move_ms_max"].get<double>(),
+        window["bricks_left"].get<int>(), window["known_outside"].get<std::int64_t>());
+  }
   if (f.contains("rays")) {
     for (const char* kind : {"unknown_ends", "unknown_ignored"}) {
       const Json& answers = f["rays"][kind];

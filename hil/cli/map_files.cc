@@ -45,15 +45,27 @@ void PutHits(const RayAnswers& answers, BytesOut& out) {
 
 }  // namespace
 
-std::string WriteMapDump(const VoxelGrid& grid, const fs::path& path) {
+std::string WriteMapDump(const MapRun& run, const fs::path& path) {
+  const VoxelGrid& grid = *run.grid;
   BytesOut out("MPM1");
   const MapCounts& counts = grid.counts();
-  out.Put(static_cast<std::uint32_t>(counts.free + counts.occupied));
+  const std::int64_t outside = run.window ? run.window->known_outside() : 0;
+  out.Put(static_cast<std::uint32_t>(counts.free + counts.occupied + outside));
   for (int i = 0; i < grid.voxel_count(); ++i) {
     if (grid.KnownAt(i)) {
       const VoxelIndex v = grid.VoxelAt(i);
       out.Key(v);
       out.Put(grid.LogOdds(v));
+    }
+  }
+  if (run.window) {
+    for (const auto& [key, brick] : run.window->left()) {
+      for (int i = 0; i < BrickVoxels::kVoxels; ++i) {
+        if (brick.known[i]) {
+          out.Key(brick.VoxelAt(i));
+          out.Put(brick.log_odds[i]);
+        }
+      }
     }
   }
   return out.WriteTo(path);

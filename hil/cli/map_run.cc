@@ -44,8 +44,9 @@ VoxelBox TouchedBy(const ScanSet& set) {
 
 std::string ConfigFor(const ScanSet& set, const MapOptions& options, MapConfig* config) {
   const std::vector<int>& b = options.box;
-  const VoxelBox box =
-      b.empty() ? TouchedBy(set) : VoxelBox{{b[0], b[1], b[2]}, {b[3], b[4], b[5]}};
+  const VoxelBox box = options.window_m > 0 ? WindowBox(options.window_m, set.width_m)
+                       : b.empty()          ? TouchedBy(set)
+                                            : VoxelBox{{b[0], b[1], b[2]}, {b[3], b[4], b[5]}};
   config->lo = config->workspace_lo = box.lo;
   config->hi = config->workspace_hi = box.hi;
   config->width_m = set.width_m;
@@ -55,7 +56,8 @@ std::string ConfigFor(const ScanSet& set, const MapOptions& options, MapConfig* 
                                         box.hi.x, box.hi.y, box.hi.z);
   if (!Valid(*config)) {
     return fmt::format(
-        "cannot store {}: at most 2^27 voxels within -32768 to 32767, lo first; choose a --box",
+        "cannot store {}: at most 2^27 voxels within -32768 to 32767, lo first; choose a --box or "
+        "a --window",
         words);
   }
   config->brick_capacity = BricksOfBox(*config);
@@ -89,13 +91,18 @@ class MapRunner {
     }
     TakeMemory();
     for (int pass = 0; pass < options_.repeat; ++pass) {
+      run_.window = nullptr;  // it is of the grid before
       run_.grid = std::make_unique<VoxelGrid>(config_);
+      if (options_.window_m > 0) {
+        run_.window = std::make_unique<MapWindow>(*run_.grid);
+      }
+      kept_allocations_ = 0;
       const HeapWatch heap;
       Insert(pass == 0);
       Cast(pass == 0, false, run_.stop_at_unknown);
       Cast(pass == 0, true, run_.ignore_unknown);
       Evaluate(pass == 0);
-      run_.heap_allocations += heap.allocations();
+      run_.heap_allocations += heap.allocations() - kept_allocations_;
     }
     return std::move(run_);
   }
@@ -117,13 +124,26 @@ class MapRunner {
     traces_.resize(most);
   }
 
+  /// @returns the time it took
+  double Follow(const Vector3f& origin_W) {
+    const HeapWatch heap;
+    const Clock::time_point begin = Clock::now();
+    run_.window->Follow(origin_W.cast<double>());
+    kept_allocations_ += heap.allocations();
+    return Milliseconds(Clock::now() - begin).count();
+  }
+
   void Insert(bool first) {
     run_.stats = {};
+    double move_ms = 0;
     for (std::size_t k = 0; k < input_.scans.scans.size(); ++k) {
       const TakenScan& scan = input_.scans.scans[k];
       const auto count = static_cast<int>(scan.points_W.size());
       const double range_m = input_.scans.max_range_m;
       const Vector3f* const points_W = scan.points_W.data();
+      if (run_.window) {
+        move_ms = std::max(move_ms, Follow(scan.origin_W));
+      }
       const Clock::time_point begin = Clock::now();
       Add(options_.discretise
               ? run_.grid->InsertScanDiscretized(points_W, count, scan.origin_W, range_m)
@@ -132,6 +152,7 @@ class MapRunner {
       const auto took_ms = static_cast<float>(Milliseconds(Clock::now() - begin).count());
       run_.insert_ms[k] = first ? took_ms : std::min(run_.insert_ms[k], took_ms);
     }
+    KeepLeast(first, move_ms, run_.move_ms);
   }
 
   /// Rays of one origin that stand together are cast together.
@@ -189,6 +210,7 @@ class MapRunner {
   std::vector<Vector3f> directions_W_;
   std::vector<Vector3f> ends_W_;
   std::vector<SegmentTrace> traces_;
+  std::uint64_t kept_allocations_ = 0;  ///< of the pass, for bricks that left the window
   MapRun run_;
 };
 

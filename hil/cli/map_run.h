@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "hil/cli/map_window.h"
 #include "hil/scans/scan_file.h"
 #include "perception/map/voxel_grid.h"
 
@@ -16,6 +17,7 @@ struct MapOptions {
   std::string rays;
   std::string views;
   std::vector<int> box;  ///< lo x y z, hi x y z of the stored voxels; empty: what the scans touch
+  double window_m = 0;   ///< sides of a box that follows the scans' origins; 0: one that stands
   bool discretise = false;
   int repeat = 3;
   std::string dump;
@@ -48,6 +50,8 @@ struct RayAnswers {
 struct MapRun {
   std::string error;  ///< why the set cannot be run, in words; empty when it was
   std::unique_ptr<VoxelGrid> grid;
+  std::unique_ptr<MapWindow> window;  ///< of the grid; null: it stands
+  double move_ms = 0;            ///< the longest of the window's moves, the least of all passes
   std::vector<float> insert_ms;  ///< one a scan, the least of all passes
   ScanStats stats;               ///< summed over the scans
   RayAnswers stop_at_unknown;

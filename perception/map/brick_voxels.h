@@ -20,6 +20,9 @@ struct BrickVoxels {
 
   /// Of voxel (lo.x + x, lo.y + y, lo.z + z).
   static constexpr int IndexOf(int x, int y, int z) { return x + kSide * (y + kSide * z); }
+  constexpr VoxelIndex VoxelAt(int i) const {
+    return {lo.x + i % kSide, lo.y + i / kSide % kSide, lo.z + i / (kSide * kSide)};
+  }
 };
 
 }  // namespace pipewright

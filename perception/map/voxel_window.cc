@@ -78,8 +78,7 @@ BrickVoxels VoxelGrid::VoxelsOf(int block) const {
   voxels.lo = BlockBox(block).lo;
   const Brick& brick = bricks_[top_[block]];
   for (int i = 0; i < kBrickVoxels; ++i) {
-    const VoxelIndex v{voxels.lo.x + (i & 7), voxels.lo.y + (i >> 3 & 7), voxels.lo.z + (i >> 6)};
-    const int index = IndexOf(v);
+    const int index = IndexOf(voxels.VoxelAt(i));
     voxels.log_odds[i] = static_cast<float>(brick.log_odds[i]) * kLogOddsUnit;
     voxels.known[i] = KnownAt(index);
     voxels.probed[i] = KnownAt(index) && Flag(index);

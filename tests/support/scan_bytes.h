@@ -27,17 +27,31 @@ class ScanBytes {
   std::string bytes_;
 };
 
-/// Scans of 0.05 m voxels, each from `origin`.
-inline std::string ScansFile(const FileVector& origin, const std::vector<FileVector>& clouds,
-                             float max_range_m = -1) {
+struct ScanFrom {
+  FileVector origin;
+  FileVector points;
+};
+
+/// Scans of 0.05 m voxels.
+inline std::string ScansFile(const std::vector<ScanFrom>& scans, float max_range_m = -1) {
   ScanBytes file("MPC1");
-  file.Count(static_cast<std::uint32_t>(clouds.size())).Count(160).Count(120);
+  file.Count(static_cast<std::uint32_t>(scans.size())).Count(160).Count(120);
   file.Floats({0.05F, max_range_m, 100, 100});
-  for (const FileVector& points : clouds) {
-    file.Floats(origin).Floats({1, 0, 0, 0, 1, 0, 0, 0, 1});
-    file.Count(static_cast<std::uint32_t>(points.size() / 3)).Floats(points);
+  for (const ScanFrom& scan : scans) {
+    file.Floats(scan.origin).Floats({1, 0, 0, 0, 1, 0, 0, 0, 1});
+    file.Count(static_cast<std::uint32_t>(scan.points.size() / 3)).Floats(scan.points);
   }
   return file.str();
+}
+
+/// All from one origin.
+inline std::string ScansFile(const FileVector& origin, const std::vector<FileVector>& clouds,
+                             float max_range_m = -1) {
+  std::vector<ScanFrom> scans;
+  for (const FileVector& points : clouds) {
+    scans.push_back({origin, points});
+  }
+  return ScansFile(scans, max_range_m);
 }
 
 inline std::string ViewsFile(const FileVector& place, const FileVector& visual,

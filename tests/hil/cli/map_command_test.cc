@@ -3,12 +3,16 @@
 // That the map is OctoMap's is tested in tests/perception/map; here, that it comes out.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdlib>
 #include <cstring>
 #include <nlohmann/json.hpp>
+#include <vector>
 
 #include "hil/cli/heap_watch.h"
+#include "platform/core/frames.h"
+#include "platform/core/rng.h"
 #include "tests/support/command.h"
 #include "tests/support/scan_bytes.h"
 
@@ -46,8 +50,9 @@ TEST(MapCommand, TeachesByHelp) {
   const CommandResult help = Map("--help", TestFolder());
   EXPECT_EQ(help.exit_code, 0);
   EXPECT_EQ(help.error, "");
-  for (const char* expected : {"FILE", "--rays", "--views", "--box", "--discretise", "--repeat",
-                               "--dump", "--hits", "--gains", "--json", "Exit code", "Example"}) {
+  for (const char* expected :
+       {"FILE", "--rays", "--views", "--box", "--window", "--discretise", "--repeat", "--dump",
+        "--hits", "--gains", "--json", "Exit code", "Example"}) {
     EXPECT_NE(help.out.find(expected), std::string::npos) << expected;
   }
 }
@@ -88,6 +93,56 @@ TEST(MapCommand, DumpsEveryKnownVoxelAndItsLogOdds) {
     bytes.append(reinterpret_cast<const char*>(&log_odds), 4);
   }
   EXPECT_EQ(ReadFile(folder / "map.bin"), bytes);
+}
+
+/// Each known voxel's ten bytes of a dump, in order of their keys.
+std::vector<std::string> VoxelsOf(const fs::path& dump) {
+  const std::string bytes = ReadFile(dump);
+  std::vector<std::string> voxels;
+  for (std::size_t at = 8; at + 10 <= bytes.size(); at += 10) {
+    voxels.push_back(bytes.substr(at, 10));
+  }
+  std::sort(voxels.begin(), voxels.end());
+  return voxels;
+}
+
+/// Away by 4 m and back again, with a range that a window of 2.4 m holds wherever it is.
+TEST(MapCommand, AWindowLosesNothingOnTheWay) {
+  const fs::path folder = TestFolder();
+  Rng rng(1);
+  std::vector<test::ScanFrom> scans;
+  for (const double x : {0.0, 0.9, 2.0, 4.0, 3.1, 1.3, 0.1}) {
+    const Vector3d origin(x, 0.3 * x, -0.1 * x);
+    test::ScanFrom scan{{static_cast<float>(origin.x()), static_cast<float>(origin.y()),
+                         static_cast<float>(origin.z())},
+                        {}};
+    for (int i = 0; i < 300; ++i) {
+      for (int axis = 0; axis < 3; ++axis) {
+        scan.points.push_back(static_cast<float>(origin(axis) + rng.Uniform(-1.5, 1.5)));
+      }
+    }
+    scans.push_back(scan);
+  }
+  WriteFile(folder / "way.bin", ScansFile(scans, 0.9F));
+  const json all = Parsed(Map("way.bin --dump all.bin --json", folder));
+  const json window = Parsed(Map("way.bin --window 2.4 --dump window.bin --json", folder));
+  EXPECT_FALSE(all.contains("window"));
+  EXPECT_GE(window["window"]["moves"], 6);
+  EXPECT_GT(window["window"]["bricks_left"], 0);
+  EXPECT_LT(window["memory"]["bytes"], all["memory"]["bytes"]);
+  EXPECT_EQ(window["heap_allocations"], HeapWatch::Counting() ? json(0) : json(nullptr));
+  const std::vector<std::string> expected = VoxelsOf(folder / "all.bin");
+  EXPECT_GT(expected.size(), 1000U);
+  EXPECT_EQ(VoxelsOf(folder / "window.bin"), expected);
+
+  const CommandResult table = Map("way.bin --window 2.4", folder);
+  EXPECT_NE(table.out.find("bricks left it"), std::string::npos) << table.out;
+  for (const char* wrong : {"--window 0", "--window -1", "--window x", "--window 2000",
+                            "--window 2 --box 0 0 0 7 7 7"}) {
+    const CommandResult result = Map(std::string("way.bin ") + wrong, folder);
+    EXPECT_EQ(result.exit_code, 2) << wrong;
+    EXPECT_NE(result.error.find("--window"), std::string::npos) << result.error;
+  }
 }
 
 TEST(MapCommand, WritesWhereRaysEnd) {
