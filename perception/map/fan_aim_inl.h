@@ -56,7 +56,7 @@ inline void FindCrossings(const Origin& o, Aim* aim) {
     const Doubles inverse = 1 / Greater(d, -d);
     const Doubles border = d > 0 ? kZero + o.to_border_m[1][a] : kZero - o.to_border_m[0][a];
     aim->up[a] = aim->d[a] > 0;
-    aim->t0_m[a] = Greater(Lesser(border * inverse, kZero + kNever), kZero);
+    aim->t0_m[a] = Lesser(border * inverse, kZero + kNever);
     aim->dt_m[a] = Lesser(o.width_m * inverse, kZero + kNever);
   }
 }
@@ -112,7 +112,9 @@ inline Timing StoreCrossings(const int* stride, const Aim& aim, int from, Rays* 
     timing.last = Greater(count > 0 ? end : timing.last, timing.last);
     timing.next = Lesser(end + dt, timing.next);
     timing.slack = dt > 16 ? timing.slack : kZero + kTicks;
-    const Counts first = ToCounts(Lesser(t0, kZero + kFar) + 0.5);
+    // From a border a ray's first crossing may lie behind it, by the rounding of half a width.
+    timing.slack = timing.slack - Lesser(t0, kZero);
+    const Counts first = ToCounts(Greater(Lesser(t0, kZero + kFar), kZero) + 0.5);
     Store(first, r->first[a] + from);
     Store(first, r->t[a] + from);
     Store(ToCounts(Greater(Lesser(dt, kZero + kFar) + 0.5, kZero + 1)), r->dt[a] + from);
@@ -131,14 +133,49 @@ inline void StoreEnds(const Masks& goes, const Doubles& steps, const Doubles& ho
   Store(Counts{} + index, r->index + from);
 }
 
+/// The crossing before the last, in ticks; -1: there is none.
+inline Doubles LastButOne(const Aim& aim) {
+  constexpr Doubles kZero = {};
+  Doubles last = kZero - 1;
+  Doubles before = kZero - 1;
+  for (int a = 0; a < 3; ++a) {
+    const Doubles count = ToDoubles(aim.count[a]);
+    const Doubles dt = aim.dt_m[a] * aim.scale;
+    const Doubles end = aim.t0_m[a] * aim.scale + (count - 1) * dt;
+    const Doubles its_last = count > 0 ? end : kZero - 1;
+    before = Greater(before, Lesser(last, its_last));
+    before = Greater(before, count > 1 ? end - dt : kZero - 1);
+    last = Greater(last, its_last);
+  }
+  return before;
+}
+
+/// Where a segment's last crossing lies beyond its end, by what float makes of its direction and
+/// length, computeRayKeys leaves out the voxel before that crossing too. So it is with about half
+/// of all readings of a wall that stands on a border of voxels.
+inline void EndBefore(const Masks& beyond, const Doubles& before, Timing* t) {
+  constexpr Doubles kZero = {};
+  t->crossings = beyond ? Greater(t->crossings - 1, kZero + 1) : t->crossings;
+  t->last = beyond ? before : t->last;
+}
+
 inline void Schedule(const Origin& o, const Doubles& bound_m, const Aim& aim, int from, Rays* r) {
   constexpr Doubles kZero = {};
-  const Timing t = StoreCrossings(o.stride, aim, from, r);
+  Timing t = StoreCrossings(o.stride, aim, from, r);
   const Masks bounded = ToMasks(aim.bounded);
   const Doubles end = bounded ? bound_m * aim.scale : kZero + kTicks;
   const Masks apart = t.next - t.last > 2 * t.slack + 2;
-  const Masks by_itself = (t.last < end - t.slack) & (t.next > end + t.slack);
   const Masks at_bound = (t.last < end + t.slack) & (end < kTicks * (1 + 1e-9));
+  // On which side of a ray's own end its last crossing lies is told in doubles: there the sums of
+  // computeRayKeys are off by less than 2^-24 ticks for each crossing.
+  const Doubles rounding = 1e-6 * t.crossings + 1e-5;
+  const Masks beyond = ~bounded & (t.last > end);
+  Masks by_itself = t.last < end - rounding;
+  if (LanesOf(beyond) != 0) {
+    const Doubles before = LastButOne(aim);
+    by_itself |= beyond & (t.last > end + rounding) & (before < end - rounding);
+    EndBefore(beyond, before, &t);
+  }
   const Masks goes = apart & ((bounded & at_bound) | (~bounded & by_itself)) & (t.crossings > 0) &
                      ToMasks(aim.starts);
   // Well before the last crossing: what lies between is as good as a tie with it.

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The body of fan_kernels.h for one instruction set: PIPEWRIGHT_FAN_ISA names its namespace. Only
 // for fan_kernels.cc and fan_kernels_avx2.cc.
-#include "perception/map/fan_search_inl.h"
+#include "perception/map/fan_exact_inl.h"
 
 namespace pipewright::fan::PIPEWRIGHT_FAN_ISA {
 namespace {
@@ -48,7 +48,7 @@ int Mark(const Origin& o, const float* ends_W, int n, std::uint32_t* bits, int* 
       unsure += sure ? 0 : 1;
     }
   }
-  return unsure;
+  return MarkExactly(o, ends_W, unsure, bits, redo);
 }
 
 int Trace(const Origin& o, const float* ends_W, int n, const std::uint32_t* codes, End* ends,

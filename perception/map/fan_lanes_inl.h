@@ -38,6 +38,7 @@ inline Doubles ToDoubles(const Floats& v) { return __builtin_convertvector(v, Do
 inline Doubles ToDoubles(const Counts& v) { return __builtin_convertvector(v, Doubles); }
 inline Floats ToFloats(const Doubles& v) { return __builtin_convertvector(v, Floats); }
 inline Counts ToCounts(const Doubles& v) { return __builtin_convertvector(v, Counts); }
+inline Counts ToCounts(const Masks& v) { return __builtin_convertvector(v, Counts); }
 inline Masks ToMasks(const Counts& v) { return __builtin_convertvector(v, Masks); }
 
 /// The second where the first is no number.
@@ -94,12 +95,36 @@ inline unsigned LanesOf(const Ints& mask) {
 #endif
 }
 
+inline unsigned LanesOf(const Masks& mask) {
+#if defined(__AVX2__)
+  return static_cast<unsigned>(_mm256_movemask_pd((__m256d)mask));
+#else
+  unsigned lanes = 0;
+  for (int l = 0; l < kHalf; ++l) {
+    lanes |= mask[l] != 0 ? 1U << l : 0U;
+  }
+  return lanes;
+#endif
+}
+
 inline Ints Words(const std::uint32_t* words, const Ints& at) {
 #if defined(__AVX2__)
   return (Ints)_mm256_i32gather_epi32(reinterpret_cast<const int*>(words), (__m256i)at, 4);
 #else
   Ints found;
   for (int l = 0; l < kWidth; ++l) {
+    found[l] = static_cast<std::int32_t>(words[at[l]]);
+  }
+  return found;
+#endif
+}
+
+inline Counts Words(const std::uint32_t* words, const Counts& at) {
+#if defined(__AVX2__)
+  return (Counts)_mm_i32gather_epi32(reinterpret_cast<const int*>(words), (__m128i)at, 4);
+#else
+  Counts found;
+  for (int l = 0; l < kHalf; ++l) {
     found[l] = static_cast<std::int32_t>(words[at[l]]);
   }
   return found;
