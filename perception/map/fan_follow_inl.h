@@ -57,15 +57,25 @@ inline void Follow(Rays* r, int from, Visit* visit) {
 
 struct MarkVisit {
   static constexpr bool kTiesEnd = false;
+  static constexpr int kRoom = 1024;
   std::uint32_t* bits;
+  int fresh = 0;
+  std::int32_t list[kRoom];
 
   void See(const Ints& index, const Ints& going, Ints*) {
     const Ints word = Words(bits, index >> 5);
     const Ints unmarked = ~(word << (~index & 31)) >> 31;
-    for (unsigned lanes = LanesOf(unmarked & going); lanes != 0; lanes &= lanes - 1) {
-      const int i = index[__builtin_ctz(lanes)];
-      bits[i >> 5] |= 1U << (i & 31);
+    fresh += Pack(index, LanesOf(unmarked & going), list + fresh);
+    if (fresh > kRoom - kWidth) {
+      MarkFresh();
     }
+  }
+
+  void MarkFresh() {
+    for (int i = 0; i < fresh; ++i) {
+      bits[list[i] >> 5] |= 1U << (list[i] & 31);
+    }
+    fresh = 0;
   }
 };
 

@@ -32,12 +32,14 @@ int Mark(const Origin& o, const float* ends_W, int n, std::uint32_t* bits, int* 
   int unsure = 0;
   float room[3 * kLanes];
   Rays rays;
-  MarkVisit visit{bits};
+  MarkVisit visit;
+  visit.bits = bits;
   for (int i = 0; i < n; i += kLanes) {
     const unsigned home = AimAll(o, Eight(ends_W + 3 * i, n - i, o.p_W, room), &rays);
     for (int from = 0; from < kLanes; from += kWidth) {
       Follow(&rays, from, &visit);
     }
+    visit.MarkFresh();
     for (int l = 0; l < kLanes; ++l) {
       const bool sure =
           ((home >> l) & 1U) != 0 || (rays.steps[l] >= 0 && rays.looked[l] == rays.steps[l]);

@@ -131,6 +131,40 @@ inline Counts Words(const std::uint32_t* words, const Counts& at) {
 #endif
 }
 
+#if defined(__AVX2__)
+/// Of each set of lanes their numbers, in order.
+struct LaneLists {
+  constexpr LaneLists() {
+    for (unsigned lanes = 0; lanes < 256; ++lanes) {
+      int n = 0;
+      for (unsigned l = 0; l < kLanes; ++l) {
+        if (((lanes >> l) & 1U) != 0) {
+          of[lanes][n++] = static_cast<std::uint8_t>(l);
+        }
+      }
+    }
+  }
+  std::uint8_t of[256][kLanes]{};
+};
+constexpr LaneLists kLaneLists;
+#endif
+
+/// Writes those lanes of v one after the other; there must be room for all. @returns how many
+inline int Pack(const Ints& v, unsigned lanes, std::int32_t* to) {
+#if defined(__AVX2__)
+  const __m128i list = _mm_loadl_epi64(reinterpret_cast<const __m128i*>(kLaneLists.of[lanes]));
+  Store(_mm256_permutevar8x32_epi32((__m256i)v, _mm256_cvtepu8_epi32(list)), to);
+  return __builtin_popcount(lanes);
+#else
+  int n = 0;
+  for (int l = 0; l < kWidth; ++l) {
+    to[n] = v[l];
+    n += static_cast<int>((lanes >> l) & 1U);
+  }
+  return n;
+#endif
+}
+
 inline Ints Smaller(const Ints& a, const Ints& b) {
 #if defined(__AVX2__)
   return (Ints)_mm256_min_epi32((__m256i)a, (__m256i)b);
