@@ -15,14 +15,14 @@ constexpr int kReach = 1 << 15;  // of OctoMap's keys
 /// Eight rays on their way.
 struct Rays {
   alignas(32) std::int32_t first[3][kLanes];   // ticks to the first crossing
-  alignas(32) std::int32_t t[3][kLanes];       // to the next
   alignas(32) std::int32_t dt[3][kLanes];      // from one to the next
   alignas(32) std::int32_t stride[3][kLanes];  // of the index, with the direction's sign
   alignas(32) std::int32_t slack[kLanes];    // crossings nearer to one another may be out of order
   alignas(32) std::int32_t horizon[kLanes];  // no crossing beyond
   alignas(32) std::int32_t steps[kLanes];    // crossings before it; -1: cannot be told for sure
   alignas(32) std::int32_t index[kLanes];
-  alignas(32) std::int32_t looked[kLanes];  // steps taken, one voxel each
+  alignas(32) std::int32_t looked[kLanes];   // steps taken, one voxel each
+  alignas(32) std::int32_t reached[kLanes];  // ticks: every crossing up to here is made, no other
 };
 
 /// kHalf of them before that. Masks are all ones or 0.
@@ -116,7 +116,6 @@ inline Timing StoreCrossings(const int* stride, const Aim& aim, int from, Rays* 
     timing.slack = timing.slack - Lesser(t0, kZero);
     const Counts first = ToCounts(Greater(Lesser(t0, kZero + kFar), kZero) + 0.5);
     Store(first, r->first[a] + from);
-    Store(first, r->t[a] + from);
     Store(ToCounts(Greater(Lesser(dt, kZero + kFar) + 0.5, kZero + 1)), r->dt[a] + from);
     Store(aim.up[a] ? kNone + stride[a] : kNone - stride[a], r->stride[a] + from);
   }

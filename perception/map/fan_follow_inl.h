@@ -5,15 +5,16 @@
 namespace pipewright::fan::PIPEWRIGHT_FAN_ISA {
 namespace {
 
-/// Steps kWidth rays until all have ended. Every step calls visit(index, going, &horizon): a lane
-/// whose horizon it makes -1 goes no further. If the visit wants no tie, a lane ends, unseen, where
-/// it cannot be told which of two voxels comes first.
+/// Steps kWidth rays until all have ended. Every step calls visit(index, going, &ended): a lane
+/// that it ends counts no further, but is stepped on, so that no step waits for what the one before
+/// it saw. If the visit wants no tie, a lane ends, unseen, where it cannot be told which of two
+/// voxels comes first.
 template <typename Visit>
 inline void Follow(Rays* r, int from, Visit* visit) {
   Ints tx, ty, tz, dx, dy, dz, sx, sy, sz, slack, horizon, index;
-  Load(r->t[0] + from, &tx);
-  Load(r->t[1] + from, &ty);
-  Load(r->t[2] + from, &tz);
+  Load(r->first[0] + from, &tx);
+  Load(r->first[1] + from, &ty);
+  Load(r->first[2] + from, &tz);
   Load(r->dt[0] + from, &dx);
   Load(r->dt[1] + from, &dy);
   Load(r->dt[2] + from, &dz);
@@ -24,15 +25,18 @@ inline void Follow(Rays* r, int from, Visit* visit) {
   Load(r->horizon + from, &horizon);
   Load(r->index + from, &index);
   Ints looked = {};
+  Ints ended = {};
+  Ints reached = Ints{} - 1;  // below every crossing
   for (;;) {
     const Ints nearest = Smaller(Smaller(tx, ty), tz);
-    Ints going = nearest <= horizon;
+    const Ints within = nearest <= horizon;
+    Ints going = within & ~ended;
     if (LanesOf(going) == 0) {
       break;
     }
     // What is no farther than the slack is crossed at once: then there are fewer steps than
     // crossings in the end, and that tells.
-    const Ints reach = (nearest + slack) | ~going;  // -1: below every crossing
+    const Ints reach = (nearest + slack) | ~within;  // -1: below every crossing
     const Ints x = tx <= reach;
     const Ints y = ty <= reach;
     const Ints z = tz <= reach;
@@ -42,16 +46,14 @@ inline void Follow(Rays* r, int from, Visit* visit) {
     index += (sx & x) + (sy & y) + (sz & z);
     if constexpr (Visit::kTiesEnd) {
       const Ints tied = going & (x + y + z != -1);
-      horizon |= tied;
+      ended |= tied;
       going &= ~tied;
     }
     looked -= going;
-    visit->See(index, going, &horizon);
+    reached = going ? reach : reached;
+    visit->See(index, going, &ended);
   }
-  Store(tx, r->t[0] + from);
-  Store(ty, r->t[1] + from);
-  Store(tz, r->t[2] + from);
-  Store(index, r->index + from);
+  Store(reached, r->reached + from);
   Store(looked, r->looked + from);
 }
 
@@ -95,7 +97,7 @@ struct LookVisit {
   Ints surface = {};
   Ints ended = {};
 
-  void See(const Ints& index, const Ints& going, Ints* horizon) {
+  void See(const Ints& index, const Ints& going, Ints* stopped) {
     const Ints code = CodesAt(codes, index);
     const Ints not_known = (code < 2) & going;
     const Ints hit = (code == 3) & going;
@@ -103,7 +105,7 @@ struct LookVisit {
     surface |= hit;
     const Ints end = unknown_ends ? hit | not_known : hit;
     ended |= end;
-    *horizon |= end;
+    *stopped |= end;
   }
 };
 
@@ -111,12 +113,12 @@ struct LookVisit {
 /// saw, not by their length.
 inline void FindEnds(const Rays& r, const std::int32_t* ended, std::int32_t* sure,
                      std::int32_t (*off)[kLanes]) {
-  constexpr double kNearest = 0.5;  // rounds counts, which are never negative
   std::int32_t crossings[kLanes] = {};
   for (int a = 0; a < 3; ++a) {
     for (int l = 0; l < kLanes; ++l) {
-      const double done = static_cast<double>(r.t[a][l] - r.first[a][l]) / r.dt[a][l];
-      off[a][l] = static_cast<std::int32_t>(done + kNearest);
+      // Of the crossings first + k dt those up to where the ray has come.
+      const double after_first = static_cast<double>(r.reached[l] - r.first[a][l]) / r.dt[a][l];
+      off[a][l] = r.reached[l] < r.first[a][l] ? 0 : static_cast<std::int32_t>(after_first) + 1;
       crossings[l] += off[a][l];
     }
   }

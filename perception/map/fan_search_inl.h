@@ -61,13 +61,13 @@ struct SearchVisit {
   Ints wanted = {};
   Ints ended = {};
 
-  void See(const Ints& index, const Ints& going, Ints* horizon) {
+  void See(const Ints& index, const Ints& going, Ints* stopped) {
     const Ints code = CodesAt(search->codes, index);
     const Ints here = (code < 2) & going;
     const Ints stop = ((code & 1) != 0) & going;
     wanted -= here;
     ended |= stop;
-    *horizon |= stop;
+    *stopped |= stop;
     const Ints word = Words(search->marks, index >> 5);
     const Ints unmarked = ~(word << (~index & 31)) >> 31;
     for (unsigned lanes = LanesOf(unmarked & here); lanes != 0; lanes &= lanes - 1) {
