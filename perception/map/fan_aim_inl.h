@@ -40,7 +40,7 @@ struct Aim {
 /// To unit length, rounded as OctoMap rounds. @returns the length
 inline Floats Normalize(const Floats* v, Aim* aim) {
   const Floats squared = v[0] * v[0] + v[1] * v[1] + v[2] * v[2];
-  const Floats length = ToFloats(SquareRoot(ToDoubles(squared)));
+  const Floats length = SquareRoot(squared);
   for (int a = 0; a < 3; ++a) {
     aim->d[a] = v[a] / length;
   }

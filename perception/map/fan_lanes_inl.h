@@ -57,6 +57,19 @@ inline Doubles SquareRoot(const Doubles& v) {
 #endif
 }
 
+/// As good as the root in double, rounded to float: 53 bits are more than twice 24 and one.
+inline Floats SquareRoot(const Floats& v) {
+#if defined(__AVX2__)
+  return _mm_sqrt_ps(v);
+#else
+  Floats root;
+  for (int l = 0; l < kHalf; ++l) {
+    root[l] = __builtin_sqrtf(v[l]);
+  }
+  return root;
+#endif
+}
+
 /// floor, or something below -2^20 for what is beyond +-2^20 or no number.
 inline Counts Floor(const Doubles& v) {
 #if defined(__AVX2__)
