@@ -84,7 +84,13 @@ int Trace(const Origin& o, const float* ends_W, int n, const std::uint32_t* code
       unsure += sights.sure[l] != 0 ? 0 : 1;
     }
   }
-  return unsure;
+  if (in_surface) {
+    return unsure;
+  }
+  const auto aim = [&o](const float* some_W, ExactRays* r) {
+    return AimExactlyAtEnds(o, some_W, r);
+  };
+  return LookExactly(ends_W, o.p_W, unsure, codes, false, origin_code < 2 ? 1 : 0, aim, ends, redo);
 }
 
 int Cast(const Origin& o, const float* directions_W, int n, double sure_m, bool unknown_ends,
@@ -106,7 +112,10 @@ int Cast(const Origin& o, const float* directions_W, int n, double sure_m, bool 
       unsure += sights.sure[l] != 0 ? 0 : 1;
     }
   }
-  return unsure;
+  const auto aim = [&o, sure_m](const float* some_W, ExactRays* r) {
+    return AimExactlyAlong(o, some_W, sure_m, r);
+  };
+  return LookExactly(directions_W, nowhere, unsure, codes, unknown_ends, 0, aim, ends, redo);
 }
 
 int Gather(const CellOrigin& o, const double* directions, int n, double length, Search* search,
