@@ -100,25 +100,27 @@ inline Timing StoreCrossings(const int* stride, const Aim& aim, int from, Rays* 
   constexpr Counts kNone = {};
   Timing timing;
   timing.crossings = ToDoubles(aim.count[0] + aim.count[1] + aim.count[2]);
-  // Half a tick a crossing, one for the first, and something.
-  timing.slack = 0.5 * timing.crossings + 4;
   timing.last = kZero - 1;
   timing.next = kZero + 1e300;
+  Doubles least_t0 = kZero;
+  Doubles least_dt = kZero + kTicks;
   for (int a = 0; a < 3; ++a) {
     const Doubles t0 = aim.t0_m[a] * aim.scale;
     const Doubles dt = aim.dt_m[a] * aim.scale;
-    const Doubles count = ToDoubles(aim.count[a]);
-    const Doubles end = t0 + (count - 1) * dt;
-    timing.last = Greater(count > 0 ? end : timing.last, timing.last);
+    const Doubles end = t0 + (ToDoubles(aim.count[a]) - 1) * dt;  // not above 0 where count is 0
+    timing.last = Greater(end, timing.last);
     timing.next = Lesser(end + dt, timing.next);
-    timing.slack = dt > 16 ? timing.slack : kZero + kTicks;
-    // From a border a ray's first crossing may lie behind it, by the rounding of half a width.
-    timing.slack = timing.slack - Lesser(t0, kZero);
+    least_t0 = Lesser(t0, least_t0);
+    least_dt = Lesser(dt, least_dt);
     const Counts first = ToCounts(Greater(Lesser(t0, kZero + kFar), kZero) + 0.5);
     Store(first, r->first[a] + from);
-    Store(ToCounts(Greater(Lesser(dt, kZero + kFar) + 0.5, kZero + 1)), r->dt[a] + from);
+    Store(ToCounts(Lesser(dt, kZero + kFar) + 0.5), r->dt[a] + from);
     Store(aim.up[a] ? kNone + stride[a] : kNone - stride[a], r->stride[a] + from);
   }
+  // Half a tick a crossing, one for the first, and something. From a border a ray's first crossings
+  // may lie behind it, by the rounding of half a width. No ray goes whose steps are of few ticks.
+  timing.slack = 0.5 * timing.crossings + 4 - 2 * least_t0;
+  timing.slack = least_dt > 16 ? timing.slack : kZero + kTicks;
   return timing;
 }
 

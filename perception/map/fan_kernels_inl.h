@@ -28,6 +28,8 @@ inline unsigned AimAll(const Origin& o, const float* ends_W, Rays* rays) {
 
 }  // namespace
 
+constexpr unsigned kAllLanes = (1U << kLanes) - 1;
+
 int Mark(const Origin& o, const float* ends_W, int n, std::uint32_t* bits, int* redo) {
   int unsure = 0;
   float room[3 * kLanes];
@@ -40,14 +42,20 @@ int Mark(const Origin& o, const float* ends_W, int n, std::uint32_t* bits, int* 
       Follow(&rays, from, &visit);
     }
     visit.MarkFresh();
-    for (int l = 0; l < kLanes; ++l) {
-      const bool sure =
-          ((home >> l) & 1U) != 0 || (rays.steps[l] >= 0 && rays.looked[l] == rays.steps[l]);
-      if (rays.steps[l] >= 0) {
-        bits[o.index >> 5] |= 1U << (o.index & 31);
-      }
-      redo[unsure] = i + l;
-      unsure += sure ? 0 : 1;
+    unsigned goes = 0;
+    unsigned sure = home;
+    for (int from = 0; from < kLanes; from += kWidth) {
+      Ints steps, looked;
+      Load(rays.steps + from, &steps);
+      Load(rays.looked + from, &looked);
+      goes |= LanesOf(steps >= 0) << from;
+      sure |= LanesOf((steps >= 0) & (looked == steps)) << from;
+    }
+    if (goes != 0) {
+      bits[o.index >> 5] |= 1U << (o.index & 31);
+    }
+    for (unsigned left = ~sure & kAllLanes; left != 0; left &= left - 1) {
+      redo[unsure++] = i + __builtin_ctz(left);
     }
   }
   return MarkExactly(o, ends_W, unsure, bits, redo);
