@@ -14,8 +14,8 @@ constexpr std::int64_t kOneCrossing[3] = {1, std::int64_t{1} << kField,
 constexpr std::int64_t kBelow0 = (kOneCrossing[0] + kOneCrossing[1] + kOneCrossing[2])
                                  << (kField - 1);
 
-constexpr int kSides =
-    2;  // kHalf rays each, at a time: while one waits for a sum, the other goes on
+// Sides of kHalf rays each: while one waits for a sum, the other goes on.
+constexpr int kSides = 2;
 constexpr int kMany = kSides * kHalf;
 
 /// kHalf rays on their way, in the numbers of RayWalk.

@@ -8,7 +8,8 @@ namespace {
 /// Steps kWidth rays until all have ended. Every step calls visit(index, going, &ended): a lane
 /// that it ends counts no further, but is stepped on, so that no step waits for what the one before
 /// it saw. If the visit wants no tie, a lane ends, unseen, where it cannot be told which of two
-/// voxels comes first.
+/// voxels comes first. Else the voxel after a tie may be a wrong one, when a third crossing lies
+/// near the second, and only the count of steps tells.
 template <typename Visit>
 inline void Follow(Rays* r, int from, Visit* visit) {
   Ints tx, ty, tz, dx, dy, dz, sx, sy, sz, slack, horizon, index;
@@ -45,20 +46,22 @@ inline void Follow(Rays* r, int from, Visit* visit) {
     tz += dz & z;
     index += (sx & x) + (sy & y) + (sz & z);
     if constexpr (Visit::kTiesEnd) {
-      const Ints tied = going & (x + y + z != -1);
-      ended |= tied;
-      going &= ~tied;
+      ended |= x + y + z < -1;
+      going = within & ~ended;
+    } else {
+      reached = going ? reach : reached;
     }
     looked -= going;
-    reached = going ? reach : reached;
     visit->See(index, going, &ended);
   }
   Store(reached, r->reached + from);
   Store(looked, r->looked + from);
 }
 
+/// Sets bits. Those that are not set yet are listed first and set together: whether a voxel is new
+/// is what a branch could not foresee.
 struct MarkVisit {
-  static constexpr bool kTiesEnd = false;
+  static constexpr bool kTiesEnd = true;  // a bit once set stays set
   static constexpr int kRoom = 1024;
   std::uint32_t* bits;
   int fresh = 0;

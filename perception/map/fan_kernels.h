@@ -11,7 +11,9 @@
 /// order of those sums alone. Here a crossing is an int32 in units of 2^-29 of the ray's length,
 /// off by no more than half a unit for each addition; so wherever two crossings lie farther apart
 /// than all that can have added up, their order is OctoMap's, to the last bit of its arithmetic. A
-/// ray with two nearer than that (about one in a hundred) is handed back, to be walked exactly.
+/// ray with two nearer than that (about one in a hundred, but most of those from a border of
+/// voxels) is followed once more, four at a time, in OctoMap's own double: there nothing is left
+/// unsure.
 namespace pipewright::fan {
 
 /// What all rays of one origin share. The origin lies in voxel `voxel`, and that in the box.
@@ -44,18 +46,21 @@ void Clip(const Origin& o, const float* points_W, int n, double max_range_m, flo
 void Cells(const Origin& o, const float* points_W, int n, std::int32_t* hit_index);
 
 /// Sets the bit of every voxel of the segments to ends_W, as OctoMap's computeRayKeys gives them,
-/// until the box is left. @returns how many were not done for sure; their numbers are in redo[],
-/// which has room for n + 1. What was set for them is right, but not all.
+/// until the box is left. @returns how many are no segments, since their ends are beyond the keys
+/// or within 1e-18 m; their numbers are in redo[], which has room for n.
 int Mark(const Origin& o, const float* ends_W, int n, std::uint32_t* bits, int* redo);
 
 /// Follows the segments until the first occupied voxel or the end of the box. `codes` has two bits
 /// a voxel: 3 occupied, 2 free, else unknown. A segment within the origin's voxel sees nothing.
+/// @returns how many are no segments, as Mark, or may be none from an occupied voxel; their numbers
+/// are in redo[], which has room for n + 1.
 int Trace(const Origin& o, const float* ends_W, int n, const std::uint32_t* codes, End* ends,
           int* redo);
 
 /// Follows n directions (any length > 0) from beyond the origin's voxel until the first occupied
-/// voxel, the end of the box or, to within a voxel, sure_m; with unknown_ends also until the first
-/// unknown voxel.
+/// voxel, the end of the box or, to within two, sure_m; with unknown_ends also until the first
+/// unknown voxel. @returns how many have no length; their numbers are in redo[], which has room for
+/// n + 1.
 int Cast(const Origin& o, const float* directions_W, int n, double sure_m, bool unknown_ends,
          const std::uint32_t* codes, End* ends, int* redo);
 

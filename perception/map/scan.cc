@@ -88,8 +88,8 @@ class ScanInserter {
     }
     fan::Clip(origin_, points_W->data(), n, max_range_m_, ends_W_->data(), hit_index_);
     window_.SetHits(hit_index_, n, [](int) {});
-    const int unsure = fan::Mark(origin_, ends_W_->data(), n, window_.passed(), redo_);
-    for (int i = 0; i < unsure; ++i) {
+    const int none = fan::Mark(origin_, ends_W_->data(), n, window_.passed(), redo_);
+    for (int i = 0; i < none; ++i) {
       Walk(ends_W_[redo_[i]]);
     }
   }

@@ -6,8 +6,10 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <string>
 #include <vector>
 
+#include "perception/map/fan_origin.h"
 #include "perception/map/ray_walk.h"
 #include "platform/core/rng.h"
 #include "tests/perception/map/octomap_oracle.h"
@@ -133,6 +135,81 @@ TEST_P(RayFan, InsertsWhatOctomapInserts) {
       ASSERT_EQ(test::Difference(grid, tree), "") << "map " << m << ", scan " << s;
     }
   }
+}
+
+// What a scan of one ray makes of an empty map, against OctoMap.
+std::string DifferenceOfOneRay(double width_m, int n, const Vector3f& from, const Vector3f& to) {
+  MapConfig config = Box(n);
+  config.width_m = width_m;
+  config.field_range_m = 20 * width_m;
+  VoxelGrid grid(config);
+  octomap::OcTree tree(width_m);
+  const test::Scan scan{.origin_W = from, .max_range_m = -1, .points_W = {to}};
+  test::InsertOurs(&grid, scan);
+  test::InsertOctomap(&tree, scan);
+  return test::Difference(grid, tree);
+}
+
+// Three crossings follow so near upon one another that only the first and the last are sure to come
+// in this order: the voxel after the first two may be another than the one that is passed.
+TEST_P(RayFan, PassesNoOtherVoxelWhereThreeCrossingsMeet) {
+  EXPECT_EQ(DifferenceOfOneRay(0.02, 26, {-0.239999995F, 0.129999995F, 0.189999998F},
+                               {0.319999993F, 0.330000013F, -0.0900000036F}),
+            "");
+  EXPECT_EQ(DifferenceOfOneRay(1.0 / 3, 46, {-10.666666F, 11.333333F, -12.333333F},
+                               {-3.16666675F, 8.33333302F, 14.666667F}),
+            "");
+  EXPECT_EQ(DifferenceOfOneRay(0.05, 40, {-0.0500000007F, -1.27499998F, -1.79999995F},
+                               {2.04999995F, -3, 0.600000024F}),
+            "");
+}
+
+// Walls on borders of voxels, seen from centres and from corners: every ray ends within rounding of
+// a crossing, and many have crossings of two and three axes in one.
+TEST_P(RayFan, InsertsReadingsOfWallsOnBordersAsOctomapDoes) {
+  constexpr int kHalfRoom = 16;  // voxels
+  constexpr double kWidth_m = 0.05;
+  for (const double part : {0.0, 0.5, 0.3}) {
+    VoxelGrid grid(Box(20));
+    octomap::OcTree tree(kWidth_m);
+    for (int axis = 0; axis < 3; ++axis) {
+      for (const int side : {-1, 1}) {
+        test::Scan scan;
+        scan.origin_W = Vector3f::Constant(static_cast<float>((side + part) * kWidth_m));
+        for (int u = -kHalfRoom; u <= kHalfRoom; ++u) {
+          for (int v = -kHalfRoom; v <= kHalfRoom; ++v) {
+            Vector3d p = Vector3d(u, v, u - v) * kWidth_m;
+            p[axis] = side * kHalfRoom * kWidth_m;
+            scan.points_W.emplace_back(p.cast<float>());
+          }
+        }
+        test::InsertOurs(&grid, scan);
+        test::InsertOctomap(&tree, scan);
+        ASSERT_EQ(test::Difference(grid, tree), "")
+            << "origin at " << part << ", axis " << axis << ", side " << side;
+      }
+    }
+  }
+}
+
+// Nothing but what is no segment is left to the caller: a walk one at a time costs ten times more.
+TEST_P(RayFan, LeavesToBeWalkedOnlyWhatIsNoSegment) {
+  const MapConfig box = Box(20);
+  std::vector<std::uint32_t> bits(40 * 40 * 40 / 32);
+  fan::Origin origin;
+  ASSERT_TRUE(AimFrom(box, {0.05F, 0.1F, 0.15F}, HalfWidth::kFloat, &origin));
+  std::vector<Vector3f> ends_W;
+  for (int i = -19; i < 19; ++i) {
+    ends_W.emplace_back(static_cast<float>(i * 0.05), 0.9F, static_cast<float>(i * -0.05));
+    ends_W.emplace_back(-0.8F, static_cast<float>(i * 0.1), static_cast<float>(i * 0.1));
+  }
+  const auto n = static_cast<int>(ends_W.size());
+  ends_W.emplace_back(NAN, 0, 0);
+  ends_W.emplace_back(0, 1e9F, 0);
+  std::vector<int> left(ends_W.size() + 1);
+  ASSERT_EQ(fan::Mark(origin, ends_W.front().data(), n + 2, bits.data(), left.data()), 2);
+  EXPECT_EQ(left[0], n);
+  EXPECT_EQ(left[1], n + 1);
 }
 
 }  // namespace
