@@ -2,6 +2,7 @@
 // The body of fan_kernels.h for one instruction set: PIPEWRIGHT_FAN_ISA names its namespace. Only
 // for fan_kernels.cc and fan_kernels_avx2.cc.
 #include "perception/map/fan_exact_inl.h"
+#include "perception/map/fan_table.h"
 
 namespace pipewright::fan::PIPEWRIGHT_FAN_ISA {
 namespace {
@@ -25,8 +26,6 @@ inline unsigned AimAll(const Origin& o, const float* ends_W, Rays* rays) {
   }
   return home;
 }
-
-}  // namespace
 
 constexpr unsigned kAllLanes = (1U << kLanes) - 1;
 
@@ -225,5 +224,15 @@ void Clip(const Origin& o, const float* points_W, int n, double max_range_m, flo
     }
   }
 }
+
+}  // namespace
+
+constinit const Table kTable{.clip = Clip,
+                             .cells = Cells,
+                             .mark = Mark,
+                             .trace = Trace,
+                             .cast = Cast,
+                             .gather = Gather,
+                             .find_blocked = FindBlocked};
 
 }  // namespace pipewright::fan::PIPEWRIGHT_FAN_ISA
