@@ -47,6 +47,7 @@ Vector3d Moved(const Vec<6>& x, const BaseStep& told, double fast) {
 
 PoseFilter::PoseFilter(const PoseFilterConfig& config)
     : config_(config), odometry_(config.odometry) {
+  assert(Valid(config));
   Reset({});
 }
 
