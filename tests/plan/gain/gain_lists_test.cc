@@ -12,10 +12,6 @@ namespace pipewright {
 namespace {
 
 using test::Gain;
-using test::RandomDirection;
-using test::RandomPoint;
-using test::Uncovered;
-using test::Unknown;
 
 TEST_F(Gain, ListsHoldFrontierUncoveredAndUnknownVoxels) {
   test::Scatter(map_, 0.1, 0.5, rng_);
@@ -31,13 +27,13 @@ TEST_F(Gain, ListsHoldFrontierUncoveredAndUnknownVoxels) {
     const bool by_free = std::any_of(std::begin(beside), std::end(beside), [&](const auto& n) {
       return map_.State(n) == VoxelState::kFree;
     });
-    if (Uncovered(map_, v)) {
+    if (test::Uncovered(map_, v)) {
       uncovered.push_back(v);
     }
-    if (Unknown(map_, v)) {
+    if (test::Unknown(map_, v)) {
       unknown.push_back(v);
     }
-    if (Unknown(map_, v) && by_free) {
+    if (test::Unknown(map_, v) && by_free) {
       frontier.push_back(v);
     }
   });
@@ -64,7 +60,8 @@ TEST_F(Gain, TallyMarksExactlyWhatCounts) {
   gains.Update(map_);
   const RaySet camera = LatticeCameraRays(config_);
   for (int i = 0; i < 20; ++i) {
-    const Viewpoint view = UprightViewpoint(RandomPoint(map_config_, rng_), RandomDirection(rng_));
+    const Viewpoint view =
+        UprightViewpoint(test::RandomPoint(map_config_, rng_), test::RandomDirection(rng_));
     std::vector<std::uint8_t> tally(static_cast<std::size_t>(gains.workspace_voxels()), 0);
     gains.Tally(view, camera, tally);
     const ViewGain gain = gains.EvaluateExact(view, camera);
@@ -84,7 +81,8 @@ TEST_F(Gain, TallyOnAWayMarksEachVoxelOnceThatTheWayGains) {
   const RaySet camera = LatticeCameraRays(config_);
   std::vector<Viewpoint> way;
   for (int i = 0; i < 5; ++i) {
-    way.push_back(UprightViewpoint(RandomPoint(map_config_, rng_), RandomDirection(rng_)));
+    way.push_back(
+        UprightViewpoint(test::RandomPoint(map_config_, rng_), test::RandomDirection(rng_)));
   }
   int gained = 0;
   gains.BeginWay();

@@ -14,11 +14,6 @@
 namespace pipewright {
 namespace {
 
-using test::RandomDirection;
-using test::RandomPoint;
-using test::Uncovered;
-using test::Unknown;
-
 /// The voxels of {p_W + t d, 0 <= t <= length_m}, in order, until visit(v) is false: the nearest
 /// crossing next, of equal ones the later axis. Amanatides, Woo (1987).
 template <typename Visit>
@@ -90,11 +85,11 @@ bool Room(const VoxelGrid& map, const VoxelIndex& v) {
 
 /// Anywhere; on voxels' borders and centres; in every other case along axes and diagonals too.
 Viewpoint Place(const MapConfig& map, int n, Rng& rng) {
-  Vector3d p_W = RandomPoint(map, rng);
+  Vector3d p_W = test::RandomPoint(map, rng);
   if (n % 3 != 0) {
     p_W = (p_W / (map.width_m / 2)).array().round().matrix() * (map.width_m / 2);
   }
-  Viewpoint view = UprightViewpoint(p_W, RandomDirection(rng));
+  Viewpoint view = UprightViewpoint(p_W, test::RandomDirection(rng));
   if (n % 2 == 0) {
     view.X_WS.linear().setIdentity();
   }
@@ -137,10 +132,10 @@ TEST_P(GainRays, FindWhatOneWalkAfterTheOtherFinds) {
         const Viewpoint view = Place(map_config, n, rng);
         const RaySet rays = Rays(config, n, rng);
         const bool in_box = map.InBox(map.VoxelOf(view.p_WP));
-        const Passed seen = Pass(map, view.X_WS, rays, config.range_m, range_min_m, Unknown);
+        const Passed seen = Pass(map, view.X_WS, rays, config.range_m, range_min_m, test::Unknown);
         Isometry3d X_WP = Isometry3d::Identity();
         X_WP.translation() = view.p_WP;
-        const Passed met = Pass(map, X_WP, rays, config.probe_radius_m, 0, Uncovered);
+        const Passed met = Pass(map, X_WP, rays, config.probe_radius_m, 0, test::Uncovered);
         const Passed beyond = Pass(map, view.X_WS, rays, 0.6, 0, Room);
         const ViewGain all = gains.Evaluate(view, rays, rays, GainCount::kPerRay);
         const ViewGain once = gains.Evaluate(view, rays, rays, GainCount::kDistinct);

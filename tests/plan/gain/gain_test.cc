@@ -16,10 +16,6 @@ namespace pipewright {
 namespace {
 
 using test::Gain;
-using test::RandomDirection;
-using test::RandomPoint;
-using test::Uncovered;
-using test::Unknown;
 
 constexpr double kLn2 = std::numbers::ln2;
 
@@ -76,12 +72,12 @@ ViewGain BruteForce(const VoxelGrid& map, const GainConfig& config, const Viewpo
   for (const Vector3d& d : camera.directions) {
     for (const VoxelIndex& v :
          Along(map, view.X_WS.translation(), view.X_WS.linear() * d, config.range_m)) {
-      gain.unknown_voxels += Unknown(map, v) ? count(v) : 0;
+      gain.unknown_voxels += test::Unknown(map, v) ? count(v) : 0;
     }
   }
   for (const Vector3d& d : probe.directions) {
     for (const VoxelIndex& v : Along(map, view.p_WP, d, config.probe_radius_m)) {
-      gain.uncovered_voxels += Uncovered(map, v) ? count(v) : 0;
+      gain.uncovered_voxels += test::Uncovered(map, v) ? count(v) : 0;
     }
   }
   gain.visual_nats = kLn2 * gain.unknown_voxels;
@@ -99,7 +95,7 @@ TEST_F(Gain, EqualsItsDefinitionOnRandomMapsInBothCounts) {
     gains.Update(map);
     for (int i = 0; i < 12; ++i) {
       const Viewpoint view =
-          UprightViewpoint(RandomPoint(map_config_, rng_), RandomDirection(rng_));
+          UprightViewpoint(test::RandomPoint(map_config_, rng_), test::RandomDirection(rng_));
       const RaySet camera = RandomCameraRays(config_, rng_);
       const RaySet probe = RandomSphereRays(config_, rng_);
       for (const GainCount how : {GainCount::kPerRay, GainCount::kDistinct}) {
@@ -121,7 +117,7 @@ TEST_F(Gain, ExactCoverageIsWhatTheMapWouldMarkCovered) {
   int marked = 0;
   int apart = 0;
   for (int i = 0; i < 200; ++i) {
-    const Vector3d p_WP = RandomPoint(map_config_, rng_);
+    const Vector3d p_WP = test::RandomPoint(map_config_, rng_);
     gains.Update(map_);
     Viewpoint view;
     view.p_WP = p_WP;
@@ -158,8 +154,8 @@ TEST_F(Gain, SightIsTheMapsRay) {
   int seen = 0;
   int apart = 0;
   for (int i = 0; i < 500; ++i) {
-    const Vector3d p_W = RandomPoint(map_config_, rng_);
-    const VoxelIndex target = map_.VoxelOf(RandomPoint(map_config_, rng_));
+    const Vector3d p_W = test::RandomPoint(map_config_, rng_);
+    const VoxelIndex target = map_.VoxelOf(test::RandomPoint(map_config_, rng_));
     const Vector3d center = map_.Center(target);
     bool sight = clear(p_W, center, target);
     for (int axis = 0; axis < 3; ++axis) {
