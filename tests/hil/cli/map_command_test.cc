@@ -7,13 +7,12 @@
 #include <cmath>
 #include <cstdlib>
 #include <cstring>
-#include <nlohmann/json.hpp>
 #include <vector>
 
 #include "hil/cli/heap_watch.h"
 #include "platform/core/frames.h"
 #include "platform/core/rng.h"
-#include "tests/support/command.h"
+#include "tests/support/command_json.h"
 #include "tests/support/scan_bytes.h"
 
 namespace pipewright::hil {
@@ -21,6 +20,7 @@ namespace {
 
 using nlohmann::json;
 using test::CommandResult;
+using test::Parsed;
 using test::RaysFile;
 using test::ReadFile;
 using test::ScanBytes;
@@ -36,14 +36,6 @@ std::string OneRay() { return ScansFile({0.025F, 0.025F, 0.025F}, {{0.175F, 0.02
 
 CommandResult Map(const std::string& arguments, const fs::path& folder) {
   return test::RunCommand(PIPEWRIGHT_BINARY, "map " + arguments, folder);
-}
-
-json Parsed(const CommandResult& result) {
-  EXPECT_EQ(result.exit_code, 0);
-  EXPECT_EQ(result.error, "");
-  json run = json::parse(result.out, nullptr, /*allow_exceptions=*/false);
-  EXPECT_TRUE(run.is_object()) << result.out;
-  return run;
 }
 
 TEST(MapCommand, TeachesByHelp) {

@@ -2,11 +2,10 @@
 #include <gtest/gtest.h>
 
 #include <map>
-#include <nlohmann/json.hpp>
 
 #include "hil/cli/heap_watch.h"
 #include "perception/map/distance_field.h"
-#include "tests/support/command.h"
+#include "tests/support/command_json.h"
 
 namespace pipewright::hil {
 namespace {
@@ -20,10 +19,8 @@ CommandResult Memory(const std::string& arguments) {
 }
 
 TEST(MemoryCommand, PrintsEveryPartAndTheirSum) {
-  const CommandResult result = Memory("--scenario pipes1 --json");
-  EXPECT_EQ(result.exit_code, 0) << result.error;
-  const json figures = json::parse(result.out, nullptr, /*allow_exceptions=*/false);
-  ASSERT_TRUE(figures.is_object()) << result.out;
+  const json figures = test::Parsed(Memory("--scenario pipes1 --json"));
+  ASSERT_TRUE(figures.is_object());
   EXPECT_EQ(figures["scenario"], "pipes1");
   std::int64_t sum = 0;
   std::map<std::string, std::int64_t> heap;

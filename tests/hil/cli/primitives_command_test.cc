@@ -6,11 +6,10 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
-#include <nlohmann/json.hpp>
 
 #include "platform/core/frames.h"
 #include "platform/core/rng.h"
-#include "tests/support/command.h"
+#include "tests/support/command_json.h"
 #include "tests/support/pcd_file.h"
 
 namespace pipewright::hil {
@@ -18,19 +17,12 @@ namespace {
 
 using nlohmann::json;
 using test::CommandResult;
+using test::Parsed;
 
 namespace fs = std::filesystem;
 
 CommandResult Primitives(const std::string& arguments, const fs::path& folder) {
   return test::RunCommand(PIPEWRIGHT_BINARY, "primitives " + arguments, folder);
-}
-
-json Parsed(const CommandResult& result) {
-  EXPECT_EQ(result.exit_code, 0);
-  EXPECT_EQ(result.error, "");
-  json run = json::parse(result.out, nullptr, /*allow_exceptions=*/false);
-  EXPECT_TRUE(run.is_object()) << result.out;
-  return run;
 }
 
 /// A wall z = 1.5 as a camera at the origin sees it, its noise 0.002 z^2.
