@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The body of fan_kernels.h for one instruction set: PIPEWRIGHT_FAN_ISA names its namespace. Only
 // for fan_kernels.cc and fan_kernels_avx2.cc.
-#include "perception/map/fan_exact_inl.h"
+#include "perception/map/fan_clip_inl.h"
 #include "perception/map/fan_table.h"
 
 namespace pipewright::fan::PIPEWRIGHT_FAN_ISA {

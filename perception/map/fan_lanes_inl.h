@@ -22,6 +22,7 @@ typedef double Doubles __attribute__((vector_size(kBytes)));
 typedef std::int64_t Masks __attribute__((vector_size(kBytes)));  // of Doubles
 typedef float Floats __attribute__((vector_size(kBytes / 2)));    // as many as Doubles
 typedef std::int32_t Counts __attribute__((vector_size(kBytes / 2)));
+typedef std::uint32_t Bits __attribute__((vector_size(kBytes / 2)));  // Counts to shift
 constexpr int kWidth = kBytes / 4;
 constexpr int kHalf = kBytes / 8;
 
