@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
+#include <iterator>
+#include <utility>
 
 #include "perception/map/fan_origin.h"
 #include "perception/map/ray_walk.h"
@@ -31,8 +33,8 @@ class ScanInserter {
     return Finish();
   }
 
-  /// One ray for each voxel that holds points, to its centre. A point whose voxel is not in the box
-  /// has a ray of its own.
+  /// One ray for each voxel that holds points, to its centre. A voxel that is not in the box may
+  /// have more than one: of those only the latest are remembered, and a ray's twin changes nothing.
   ScanStats InsertDiscretized(const Vector3f* points_W, int count) {
     stats_.points = count;
     OpenWindow(-1);  // points may lie farther off than their rays go
@@ -42,11 +44,13 @@ class ScanInserter {
     for (int i = 0; i < ends; ++i) {
       TakeCenterOf(points_W[grid_.ends_[i]]);
     }
+    std::fill(std::begin(latest_), std::end(latest_),
+              grid_.config_.lo);  // in the box: none of them
     for (int i = 0; outside_ > 0 && i < count; ++i) {
       VoxelIndex v;
       if (!key_math::VoxelOf(points_W[i], width_inv_, &v)) {
         ++stats_.rejected;
-      } else if (!grid_.InBox(v)) {
+      } else if (!grid_.InBox(v) && !TakenLately(v)) {
         TakeCenterOf(points_W[i]);
       }
     }
@@ -56,6 +60,7 @@ class ScanInserter {
 
  private:
   static constexpr int kChunk = 256;
+  static constexpr unsigned kLatest = 1024;
 
   /// All that rays of this range can reach in the box.
   void OpenWindow(double range_m) {
@@ -155,6 +160,14 @@ class ScanInserter {
     }
   }
 
+  bool TakenLately(const VoxelIndex& v) {
+    const unsigned slot = (static_cast<unsigned>(v.x) * 73856093U) ^
+                          (static_cast<unsigned>(v.y) * 19349663U) ^
+                          (static_cast<unsigned>(v.z) * 83492791U);
+    VoxelIndex& latest = latest_[slot % kLatest];
+    return std::exchange(latest, v) == v;
+  }
+
   void TakeCenterOf(const Vector3f& p_W) {
     VoxelIndex v;
     key_math::VoxelOf(p_W, width_inv_, &v);
@@ -187,6 +200,7 @@ class ScanInserter {
   Vector3f centers_W_[kChunk];  // of a discretised scan
   int centers_ = 0;
   int outside_ = 0;  // points, of a discretised scan
+  VoxelIndex latest_[kLatest];
   ScanStats stats_;
 };
 
