@@ -14,6 +14,7 @@ constexpr double kDoubt = 1.5;
 
 constexpr double kLearningWay_m = 0.01;  ///< of the wheels, after which a fix tells of the floor
 constexpr double kSurprise = 9;          ///< an innovation squared counts as so many means at most
+constexpr double kShock = 50;            ///< and one that is refused
 constexpr double kTellsNothing = 1e-6;
 
 constexpr double Squared(double x) { return x * x; }
@@ -190,11 +191,15 @@ Status PoseFilter::Correct(const PoseFix& fix) {
   const Mat<6, 3> PJ = then.P.lazyProduct(J.transpose());
   const Mat<3, 3> M = J.lazyProduct(PJ);
   const FixGain gain = GainOf(Moved(then.x, step, fast), M, fix, config_.fix);
-  Learn(gain, M);
+  const double moved = std::min(1.0, way_m_ / kLearningWay_m);
+  way_m_ = 0;
+  const double surprise = Surprise(gain, M);
   if (!gain.within_gate) {
+    Startle(i, 1 + moved * (std::clamp(surprise, 1.0, kShock) - 1));
     Doubt(i);
     return Status::kInfeasible;
   }
+  Learn(moved * (std::min(surprise, kSurprise) - 1));
   ++fixes_;
   doubts_ = 0;
   const Vector3d before = then.P.diagonal().head<3>();
@@ -212,17 +217,28 @@ Status PoseFilter::Correct(const PoseFix& fix) {
   return Status::kOk;
 }
 
-void PoseFilter::Learn(const FixGain& gain, const Mat<3, 3>& M) {
-  const double share = std::min(1.0, way_m_ / kLearningWay_m);
-  way_m_ = 0;
+/// y' S⁻¹ M S⁻¹ y over its mean: how much larger the wheels' variance would be by this fix.
+double PoseFilter::Surprise(const FixGain& gain, const Mat<3, 3>& M) {
   const Vector3d weighed = gain.S_inverse.lazyProduct(gain.y);
   const double expected = gain.S_inverse.cwiseProduct(M).sum();  // tr(S⁻¹ M)
-  if (!(expected > kTellsNothing)) {
-    return;
-  }
-  const double ratio = std::min(weighed.dot(M.lazyProduct(weighed)) / expected, kSurprise);
-  slip_squared_ = std::clamp(slip_squared_ * std::exp(config_.slip_learning * share * (ratio - 1)),
+  return expected > kTellsNothing ? weighed.dot(M.lazyProduct(weighed)) / expected : 1;
+}
+
+void PoseFilter::Learn(double surplus) {
+  slip_squared_ = std::clamp(slip_squared_ * std::exp(config_.slip_learning * surplus),
                              Squared(config_.slip_least), Squared(config_.slip_most));
+  TellOdometry();
+}
+
+/// The base has moved, and a fix far off the gate says that it slipped: as likely as a false fix.
+/// P and the slip become what would explain it, and the next fix tells.
+void PoseFilter::Startle(int i, double factor) {
+  slip_squared_ = std::clamp(slip_squared_ * factor, Squared(config_.slip_least),
+                             Squared(config_.slip_most));
+  Mat<6, 6>& P = moments_[i].P;
+  P.topRows<3>() *= std::sqrt(factor);
+  P.leftCols<3>() *= std::sqrt(factor);
+  Replay(i);
   TellOdometry();
 }
 

@@ -119,7 +119,9 @@ class PoseFilter {
   double Fast(double w_radps) const;
   void Predict(const Moment& from, Moment& to) const;
   void Replay(int from);
-  void Learn(const FixGain& gain, const Mat<3, 3>& M);
+  static double Surprise(const FixGain& gain, const Mat<3, 3>& M);
+  void Learn(double surplus);
+  void Startle(int i, double factor);
   void TellOdometry();
   void Doubt(int i);
 

@@ -16,7 +16,7 @@ struct ScanLocalizerConfig {
   SurfelMapConfig map;
   PipeLandmarkConfig pipes;
   RegistrationConfig registration{.model_rad = 0.03,
-                                  .sigma_max = 2e-3,
+                                  .sigma_max = 1.5e-3,
                                   .points_min = 60,
                                   .known_min = 0.3,
                                   .inliers_min = 0.88};

@@ -292,6 +292,29 @@ TEST(PoseFilter, OneFixThatLiesDoesNotPullTheRobot) {
   EXPECT_FALSE(filter.lost());
 }
 
+/// One wheel on a spill: for a second the base turns by 15 degrees of which no wheel tells. The fixes
+/// are right all the while.
+TEST(PoseFilter, IsFoundByFixesWhileItSlips) {
+  PoseFilter filter(Fine());
+  Drive drive;
+  double worst_rad = 0;
+  int refused_last = 0;
+  for (int k = 0; k < 450; ++k) {
+    (void)drive.Run(filter, 0.3, 0);
+    drive.truth.z() += 300 <= k && k < 350 ? 15 * M_PI / 180 / 50 : 0;
+    if (k % 3 == 0) {
+      const Status status = filter.Correct(
+          {.stamp = drive.now, .pose = drive.truth, .information = Information(1e-3, 2e-3)});
+      refused_last = status == Status::kOk ? refused_last : k;
+    }
+    worst_rad = std::max(worst_rad, std::abs(PoseOf(filter).z() - drive.truth.z()));
+  }
+  EXPECT_LT(worst_rad, 4 * M_PI / 180);
+  EXPECT_LT(refused_last, 325);
+  EXPECT_LT((PoseOf(filter) - drive.truth).norm(), 5e-3);
+  EXPECT_FALSE(filter.lost());
+}
+
 TEST(PoseFilter, FixesThatInsistMakeItUnsureBeforeTheyMoveIt) {
   PoseFilter filter(Fine());
   Drive drive;
