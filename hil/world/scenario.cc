@@ -3,9 +3,8 @@
 
 #include <cmath>
 #include <filesystem>
-#include <fstream>
 #include <numbers>
-#include <sstream>
+#include <set>
 
 #include "embedded/Pipes1Toml.h"
 #include "embedded/Pipes2Toml.h"
@@ -20,7 +19,6 @@ constexpr double kTurn_rad = 4 * std::numbers::pi;
 constexpr double kMaxSide_m = 10;     // of the workspace and the map
 constexpr double kMapMargin_m = 0.5;  // around the workspace
 constexpr double kStartRoom_m = 0.6;  // around the start: half a base, and room to turn
-constexpr std::uintmax_t kMaxFileBytes = 4'000'000;
 
 Matrix3d FromRpy(const Vector3d& rpy_rad) {
   return (Eigen::AngleAxisd(rpy_rad.z(), Vector3d::UnitZ()) *
@@ -178,68 +176,6 @@ void ReadSolids(TomlTable& root, const std::string& directory, std::vector<Solid
   read("mesh", [&](TomlTable& table) { return ReadMesh(table, directory); });
 }
 
-void ReadCamera(TomlTable& table, CameraSpec& c) {
-  c.width = table.Integer("width", 16, 848, c.width);
-  c.height = table.Integer("height", 16, 480, c.height);
-  c.hfov_deg = table.Number("hfov_deg", 10, 150, c.hfov_deg);
-  c.rate_hz = table.Number("rate_hz", 0.1, 100, c.rate_hz);
-  c.z_min_m = table.Number("z_min_m", 0, 10, c.z_min_m);
-  c.z_max_m = table.Number("z_max_m", 0.1, 65, c.z_max_m);
-  c.noise_sigma_at_1m = table.Number("noise_sigma_at_1m", 0, 0.1, c.noise_sigma_at_1m);
-  c.invalid_fraction = table.Number("invalid_fraction", 0, 1, c.invalid_fraction);
-  c.below_min_wrong_fraction =
-      table.Number("below_min_wrong_fraction", 0, 1, c.below_min_wrong_fraction);
-  c.lost_fraction = table.Number("lost_fraction", 0, 0.95, c.lost_fraction);
-  if (c.z_max_m <= c.z_min_m) {
-    table.Error("z_max_m", "must be greater than z_min_m");
-  }
-  table.Finish();
-}
-
-void ReadBase(TomlTable& table, BaseSpec& b) {
-  b.yaw_scale_slow = table.Number("yaw_scale_slow", 0.5, 2, b.yaw_scale_slow);
-  b.yaw_scale_fast = table.Number("yaw_scale_fast", 0.5, 2, b.yaw_scale_fast);
-  b.slip = table.Number("slip", 0, 1, b.slip);
-  b.slip_sigma = table.Number("slip_sigma", 0, 1, b.slip_sigma);
-  table.Finish();
-}
-
-FaultKind ReadFaultKind(TomlTable& table, const std::string& device) {
-  const std::string kind = table.Text("kind");
-  if (kind == "slip" && device != "tracer") {
-    table.Error("kind", "only the tracer can slip");
-  } else if (kind != "absent" && kind != "silent" && kind != "slip") {
-    table.Error("kind", "must be absent, silent or slip");
-  }
-  return kind == "silent" ? FaultKind::kSilent
-         : kind == "slip" ? FaultKind::kSlip
-                          : FaultKind::kAbsent;
-}
-
-void ReadFaults(TomlTable& root, std::vector<ScheduledFault>& faults) {
-  static const std::set<std::string> kDevices = {"tracer", "arm1", "arm2", "arm3",  "arm4",
-                                                 "arm5",   "arm6", "arm7", "camera"};
-  for (TomlTable& table : root.Tables("fault")) {
-    ScheduledFault fault;
-    fault.device = table.Text("device");
-    if (!kDevices.contains(fault.device)) {
-      table.Error("device", "must be tracer, arm1 ... arm7 or camera");
-    }
-    fault.kind = ReadFaultKind(table, fault.device);
-    fault.at_s = table.Number("at_s", 0, 1e6, 0.0);
-    if (fault.kind == FaultKind::kAbsent && fault.at_s != 0) {
-      table.Error("at_s", "an absent device was never there: at_s is for silent ones");
-    }
-    if (fault.kind == FaultKind::kSlip) {
-      fault.for_s = table.Number("for_s", 0, 1e6);
-      fault.left = table.Number("left", 0, 1, 0.0);
-      fault.right = table.Number("right", 0, 1, 0.0);
-    }
-    table.Finish();
-    faults.push_back(fault);
-  }
-}
-
 Scenario ReadScenario(TomlTable& root, const std::string& directory) {
   Scenario scenario;
   scenario.name = root.Text("name");
@@ -258,13 +194,7 @@ Scenario ReadScenario(TomlTable& root, const std::string& directory) {
     root.Table("map", false);
   }
   ReadSolids(root, directory, scenario.solids);
-  if (auto table = root.Table("camera", false)) {
-    ReadCamera(*table, scenario.camera);
-  }
-  if (auto table = root.Table("base", false)) {
-    ReadBase(*table, scenario.base);
-  }
-  ReadFaults(root, scenario.faults);
+  ReadConditions(root, scenario);
   root.Finish();
   return scenario;
 }
@@ -285,47 +215,26 @@ VoxelRange VoxelsOf(const BoxRegion& region) {
 ScenarioResult ParseScenario(std::string_view toml, const std::string& origin,
                              const std::string& directory) {
   ScenarioResult result;
-  try {
-    const toml::table table = toml::parse(toml, origin);
-    TomlTable root(table, "", origin, result.errors);
+  ReadToml(toml, origin, result.errors, [&](TomlTable& root) {
     Scenario scenario = ReadScenario(root, directory);
     if (result.errors.empty()) {
       result.scenario = std::move(scenario);
     }
-  } catch (const toml::parse_error& error) {
-    std::ostringstream text;
-    text << origin << ":" << error.source().begin.line << ":" << error.source().begin.column << ": "
-         << error.description();
-    result.errors.push_back(text.str());
-  }
+  });
   return result;
 }
 
 ScenarioResult LoadScenario(const std::string& name_or_file) {
-  for (const ShippedScenario& shipped : ShippedScenarios()) {
-    if (shipped.name == name_or_file) {
-      return ParseScenario(shipped.toml, name_or_file, "");
-    }
-  }
-  const std::filesystem::path path(name_or_file);
-  std::error_code failed;
-  const std::uintmax_t bytes = std::filesystem::file_size(path, failed);
-  std::ifstream file(path, std::ios::binary);
-  if (failed || !file) {
-    return {{}, {name_or_file + ": neither a shipped scenario nor a file that can be read"}};
-  }
-  if (bytes > kMaxFileBytes) {
-    return {{}, {name_or_file + ": is longer than a scenario may be (4 MB)"}};
-  }
-  std::ostringstream text;
-  text << file.rdbuf();
-  return ParseScenario(text.str(), name_or_file, path.parent_path().string());
+  std::vector<std::string> errors;
+  const auto source = FindToml(name_or_file, ShippedScenarios(), "a shipped scenario", errors);
+  return source ? ParseScenario(source->text, name_or_file, source->directory)
+                : ScenarioResult{{}, errors};
 }
 
-const std::vector<ShippedScenario>& ShippedScenarios() {
-  static const std::vector<ShippedScenario> kShipped = {{"pipes1", embedded::Pipes1Toml()},
-                                                        {"pipes2", embedded::Pipes2Toml()},
-                                                        {"pipes3", embedded::Pipes3Toml()}};
+const std::vector<ShippedToml>& ShippedScenarios() {
+  static const std::vector<ShippedToml> kShipped = {{"pipes1", embedded::Pipes1Toml()},
+                                                    {"pipes2", embedded::Pipes2Toml()},
+                                                    {"pipes3", embedded::Pipes3Toml()}};
   return kShipped;
 }
 

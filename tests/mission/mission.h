@@ -17,7 +17,7 @@ namespace pipewright::test {
 using Json = nlohmann::ordered_json;
 
 inline std::string ShippedText(const std::string& name) {
-  for (const hil::ShippedScenario& shipped : hil::ShippedScenarios()) {
+  for (const hil::ShippedToml& shipped : hil::ShippedScenarios()) {
     if (shipped.name == name) {
       return std::string(shipped.toml);
     }

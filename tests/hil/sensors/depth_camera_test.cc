@@ -285,7 +285,7 @@ TEST(DepthCamera, LosesAShareOfTheFramesTheSameWayForASeed) {
 TEST(ShippedScenarios, ShowNoPipeAtTheStart) {
   const RobotDescription description = TracerUf7Description();
   const RobotBodies robot = RobotBodiesOf(description);
-  for (const ShippedScenario& shipped : ShippedScenarios()) {
+  for (const ShippedToml& shipped : ShippedScenarios()) {
     const Scenario s = *LoadScenario(std::string(shipped.name)).scenario;
     RobotBodies::Pose pose;
     robot.forward(s.start.x_m, s.start.y_m, s.start.yaw_rad, s.start.joints_rad, pose);

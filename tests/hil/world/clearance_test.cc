@@ -155,7 +155,7 @@ TEST(ClearanceMeter, LetsTheBaseStandOnTheGroundButNotTheArm) {
 
 TEST(ShippedScenarios, StartClearOfEverythingByTheOperatorsWord) {
   const RobotBodies robot = TheRobot();
-  for (const ShippedScenario& shipped : ShippedScenarios()) {
+  for (const ShippedToml& shipped : ShippedScenarios()) {
     const Scenario s = *LoadScenario(std::string(shipped.name)).scenario;
     ClearanceMeter meter(s.solids, robot);
     RobotBodies::Pose pose;

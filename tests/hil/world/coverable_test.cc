@@ -191,7 +191,7 @@ TEST_F(CacheFolder, TruthTellsCoverageAndClearancesOfARun) {
 
 TEST_F(CacheFolder, ShippedScenariosCanBeCoveredWhole) {
   const RobotBodies robot = RobotBodiesOf(TracerUf7Description());
-  for (const ShippedScenario& shipped : ShippedScenarios()) {
+  for (const ShippedToml& shipped : ShippedScenarios()) {
     const Scenario scenario = *LoadScenario(std::string(shipped.name)).scenario;
     const Truth truth(scenario, robot);
     EXPECT_EQ(truth.coverage().coverable, truth.coverage().surface) << shipped.name;

@@ -183,7 +183,7 @@ TEST(LoadScenario, FindsMeshesBesideTheFile) {
 TEST(ShippedScenarios, AreThereAndValid) {
   ASSERT_EQ(ShippedScenarios().size(), 3U);
   int pipes = 0;
-  for (const ShippedScenario& shipped : ShippedScenarios()) {
+  for (const ShippedToml& shipped : ShippedScenarios()) {
     const ScenarioResult result = LoadScenario(std::string(shipped.name));
     ASSERT_TRUE(result.scenario) << result.errors[0];
     EXPECT_EQ(result.scenario->name, shipped.name);
