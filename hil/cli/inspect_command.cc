@@ -36,12 +36,14 @@ std::filesystem::path FolderOf(const Scenario& scenario, const InspectionOptions
   if (!options.out.empty()) {
     return options.out;
   }
+  const std::string faults = options.faults ? "-" + NameOfConditions(*options.faults) : "";
   return std::filesystem::path("runs") /
-         fmt::format("{}-{}-{}", scenario.name, Name(options.planner), options.seed);
+         fmt::format("{}{}-{}-{}", scenario.name, faults, Name(options.planner), options.seed);
 }
 
 nlohmann::ordered_json Head(const Scenario& scenario, const InspectionOptions& options) {
   return {{"scenario", scenario.name},
+          {"faults", FaultsJson(options)},
           {"seed", options.seed},
           {"planner", Name(options.planner)},
           {"stop_reason", "running"}};
@@ -96,10 +98,13 @@ int Report(const InspectionOptions& options, const nlohmann::ordered_json& run, 
   return Passed(run) ? kOk : kFailed;
 }
 
-/// The scenario, if it can be run; else says why not.
-std::optional<Scenario> Load(const std::string& name_or_file) {
-  ScenarioResult loaded = LoadScenario(name_or_file);
-  if (loaded.scenario) {
+/// The scenario with the faults laid over it, if it can be run; else says why not.
+std::optional<Scenario> Load(const InspectionOptions& options) {
+  ScenarioResult loaded = LoadScenario(options.scenario);
+  if (loaded.scenario && options.faults) {
+    loaded.errors = LayOver(*options.faults, *loaded.scenario);
+  }
+  if (loaded.errors.empty()) {
     const ArmVector home_rad = HomeJoints(TracerUf7());
     StartCheck start = CheckStart(*loaded.scenario, RobotBodiesOf(TracerUf7Description()),
                                   {home_rad.data(), kArmJoints});
@@ -115,7 +120,7 @@ std::optional<Scenario> Load(const std::string& name_or_file) {
 }
 
 int Inspect(const InspectionOptions& options) {
-  const std::optional<Scenario> loaded = Load(options.scenario);
+  const std::optional<Scenario> loaded = Load(options);
   if (!loaded) {
     return kBadInput;
   }
@@ -174,6 +179,10 @@ void AddInspect(CLI::App& app, int* exit_code) {
                    "pipes1, pipes2, pipes3, or a TOML file of your own "
                    "(start from hil/world/scenarios/pipes3.toml)")
       ->capture_default_str();
+  CLI::Option* faults = command->add_option(
+      "--faults", options->faults,
+      "laid over the scenario: rough (a noisy camera, lost frames, wheels that slip), or a\n"
+      "TOML file of your own (start from hil/world/conditions/rough.toml)");
   command->add_option("--seed", options->seed, "of sensor noise and planning")
       ->check(CLI::NonNegativeNumber)
       ->capture_default_str();
@@ -206,11 +215,13 @@ void AddInspect(CLI::App& app, int* exit_code) {
                    "in virtual time: loopback (two buses) or loopback-shared (one);\n"
                    "in real time: a CAN interface for all (can0), or base,arm (can0,can1)")
       ->capture_default_str();
-  command->add_flag("--no-devices", options->no_devices,
-                    "the devices are elsewhere on the interface: emulate none. Without them the\n"
-                    "camera cannot be emulated either, so the mission ends with a device fault");
+  command
+      ->add_flag("--no-devices", options->no_devices,
+                 "the devices are elsewhere on the interface: emulate none. Without them the\n"
+                 "camera cannot be emulated either, so the mission ends with a device fault")
+      ->excludes(faults);  // only what is emulated can be made to fail
   command->add_option("--out", options->out,
-                      "folder for the evidence (default: runs/SCENARIO-PLANNER-SEED)");
+                      "folder for the evidence (default: runs/SCENARIO[-FAULTS]-PLANNER-SEED)");
   command->add_option("--time-limit", options->time_limit_s, "of simulated time, s")
       ->check(InRange(1, 1e5))
       ->capture_default_str();

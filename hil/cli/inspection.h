@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 
 #include "ctrl/robot_program/robot_program.h"
@@ -11,7 +12,8 @@ namespace pipewright::hil {
 
 /// What a person asks of `pipewright inspect`.
 struct InspectionOptions {
-  std::string scenario = "pipes3";  ///< a shipped name or a file
+  std::string scenario = "pipes3";    ///< a shipped name or a file
+  std::optional<std::string> faults;  ///< likewise, laid over the scenario
   std::uint64_t seed = 1;
   PlannerKind planner = PlannerKind::kCfnbv;
   SvfiMode svfi = SvfiMode::kExact;
@@ -23,7 +25,7 @@ struct InspectionOptions {
   std::string bus = "loopback";  ///< see BusChoice
   bool no_devices = false;       ///< on a real bus: the devices are elsewhere
   bool ask_fifo = true;          ///< on a real bus: real-time scheduling and locked memory
-  std::string out;               ///< empty: runs/<scenario>-<planner>-<seed>
+  std::string out;               ///< empty: runs/<scenario>[-<faults>]-<planner>-<seed>
   bool json = false;
   double time_limit_s = 1800;  ///< of simulated time
 };

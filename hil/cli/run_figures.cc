@@ -68,6 +68,10 @@ double Percentile(std::vector<float> values, double p) {
   return values[static_cast<std::size_t>(k)];
 }
 
+Json FaultsJson(const InspectionOptions& options) {
+  return options.faults ? Json(NameOfConditions(*options.faults)) : Json(nullptr);
+}
+
 Json RunJson(const InspectionOptions& options, const std::string& scenario,
              const RobotProgram& program, const Emulator& emulator, const RunFigures& figures,
              const CanFigures& can, Time end, const std::string& stop_detail) {
@@ -78,6 +82,7 @@ Json RunJson(const InspectionOptions& options, const std::string& scenario,
   const Truth::Coverage coverage = truth.coverage();
   Json run;
   run["scenario"] = scenario;
+  run["faults"] = FaultsJson(options);
   run["seed"] = options.seed;
   run["planner"] = Name(options.planner);
   run["stop_reason"] = Name(mission.stop);

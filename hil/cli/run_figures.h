@@ -53,6 +53,9 @@ struct CanFigures {
   double load_peak = 0;
 };
 
+/// run.json's "faults": the name of what was laid over the scenario; null when nothing was.
+nlohmann::ordered_json FaultsJson(const InspectionOptions& options);
+
 /// run.json's object.
 nlohmann::ordered_json RunJson(const InspectionOptions& options, const std::string& scenario,
                                const RobotProgram& program, const Emulator& emulator,

@@ -24,6 +24,7 @@ struct Known {
 
 constexpr Known kKnown[] = {
     {"scenario", "", "the world that was inspected"},
+    {"faults", "", "laid over it: what went wrong besides"},
     {"seed", "", "of sensor noise and planning"},
     {"planner", "", "what chose the views"},
     {"stop_reason", "", "why the mission ended"},

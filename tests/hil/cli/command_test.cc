@@ -36,8 +36,8 @@ TEST(Command, HelpsAndTellsItsVersion) {
   }
   const CommandResult inspect = Pipewright("inspect --help", folder);
   for (const char* option :
-       {"--scenario", "--seed", "--planner", "--svfi", "--alpha", "--joint-risk", "--rate",
-        "--realtime", "--bus", "--out", "--time-limit", "--json", "Exit code"}) {
+       {"--scenario", "--faults", "--seed", "--planner", "--svfi", "--alpha", "--joint-risk",
+        "--rate", "--realtime", "--bus", "--out", "--time-limit", "--json", "Exit code"}) {
     EXPECT_NE(inspect.out.find(option), std::string::npos) << option;
   }
 }
@@ -62,6 +62,8 @@ TEST(Command, SaysWhichFlagIsWrongAndStartsNothing) {
       {"inspect --time-limit 0", "--time-limit"},
       {"inspect --time-limit nan", "--time-limit"},
       {"inspect --scenario", "--scenario"},
+      {"inspect --faults", "--faults"},
+      {"inspect --faults rough --bus can0 --no-devices", "--faults"},
   };
   for (const auto& c : cases) {
     SCOPED_TRACE(c.arguments);
@@ -118,6 +120,45 @@ TEST(Command, SaysThatAScenarioIsNeitherShippedNorAFile) {
   }
 }
 
+TEST(Command, SaysWhatIsWrongWithFaults) {
+  const struct {
+    const char* what;
+    const char* text;
+    const char* expected;
+  } cases[] = {
+      {"not TOML", "[camera\n", "dust.toml:1:"},
+      {"unknown key", "[camera]\ncolour = 3\n", "dust.toml:2:1: camera.colour: unknown key"},
+      {"another table", "[start]\nx_m = 3\n", "dust.toml:1:2: start: unknown key"},
+      {"out of range", "[base]\nslip = 2\n", "dust.toml:2:8: base.slip: must be within"},
+      {"unknown device", "[[fault]]\ndevice = \"arm9\"\nkind = \"absent\"\n",
+       "dust.toml:2:10: fault[0].device: must be"},
+  };
+  for (const auto& c : cases) {
+    SCOPED_TRACE(c.what);
+    const fs::path folder = TestFolder();
+    WriteFile(folder / "cell.toml", test::kPostCell);
+    WriteFile(folder / "dust.toml", c.text);
+    const CommandResult result =
+        Pipewright("inspect --scenario cell.toml --faults dust.toml --out run", folder);
+    EXPECT_EQ(result.exit_code, 2);
+    EXPECT_NE(result.error.find(std::string("pipewright: ") + c.expected), std::string::npos)
+        << result.error;
+    EXPECT_EQ(result.out, "");
+    EXPECT_FALSE(fs::exists(folder / "run"));
+  }
+}
+
+TEST(Command, SaysThatFaultsAreNeitherShippedNorAFile) {
+  const fs::path folder = TestFolder();
+  for (const char* name : {"pipes1", "/nowhere/dust.toml", ".", "''"}) {
+    const CommandResult result =
+        Pipewright(std::string("inspect --scenario pipes1 --out run --faults ") + name, folder);
+    EXPECT_EQ(result.exit_code, 2) << name;
+    EXPECT_NE(result.error.find("neither shipped faults"), std::string::npos) << result.error;
+    EXPECT_FALSE(fs::exists(folder / "run"));
+  }
+}
+
 TEST(Command, DoesNotTouchAFolderThatIsNotARuns) {
   const fs::path folder = TestFolder();
   fs::create_directories(folder / "mine");
@@ -146,12 +187,28 @@ TEST(Command, PrintsOneJsonObjectAndNothingElseWhenAsked) {
   ASSERT_TRUE(run.is_object()) << result.out << result.error;
   EXPECT_EQ(run["stop_reason"], "timeout");
   EXPECT_EQ(run["seed"], 5);
+  EXPECT_TRUE(run["faults"].is_null());
   // The default folder names scenario, planner and seed; run.json there is the same object.
   const fs::path evidence = folder / "runs" / "cell-cfnbv-5";
   EXPECT_EQ(nlohmann::json::parse(ReadFile(evidence / "run.json")), run);
   for (const char* name : {"trace.csv", "can.log", "plan.jsonl", "map.bt", "map.ot"}) {
     EXPECT_TRUE(fs::exists(evidence / name)) << name;
   }
+}
+
+TEST(Command, LaysFaultsOverAScenarioAndKeepsTheRunApart) {
+  const fs::path folder = TestFolder();
+  WriteFile(folder / "cell.toml", test::kPostCell);
+  WriteFile(folder / "dead.toml", "[[fault]]\ndevice = \"tracer\"\nkind = \"absent\"\n");
+  const CommandResult result =
+      Pipewright("inspect --scenario cell.toml --faults dead.toml --time-limit 20 --json", folder);
+  EXPECT_EQ(result.exit_code, 1);
+  const auto run = nlohmann::json::parse(result.out, nullptr, /*allow_exceptions=*/false);
+  ASSERT_TRUE(run.is_object()) << result.out << result.error;
+  EXPECT_EQ(run["faults"], "dead");
+  EXPECT_EQ(run["stop_reason"], "device_fault");
+  EXPECT_EQ(nlohmann::json::parse(ReadFile(folder / "runs" / "cell-dead-cfnbv-1" / "run.json")),
+            run);
 }
 
 TEST(Command, PrintsATableForPeople) {

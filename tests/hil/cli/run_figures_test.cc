@@ -92,6 +92,7 @@ class RunJsonTest : public testing::Test {
     const ScenarioResult result = ParseScenario(test::kPostCell, "cell", "");
     ASSERT_TRUE(result.scenario) << result.errors[0];
     options_.seed = 42;
+    options_.faults = "/faults/dust.toml";
     options_.svfi = SvfiMode::kWorstCase;
     options_.joint_risk = true;
     options_.alpha = 0.8;
@@ -176,6 +177,7 @@ TEST_F(RunJsonTest, HasEveryKeyThatItsReadersCountOn) {
 
 TEST_F(RunJsonTest, SaysWhatItWasGiven) {
   EXPECT_EQ(run_["scenario"], "cell");
+  EXPECT_EQ(run_["faults"], "dust");
   EXPECT_EQ(run_["seed"], 42);
   EXPECT_EQ(run_["planner"], "cfnbv");
   EXPECT_EQ(run_["stop_reason"], "none");
