@@ -74,6 +74,7 @@ void Campaign::Start(Mission mission) {
                                     "--out",          mission.folder.string()};
   words.insert(words.end(), faults_.begin(), faults_.end());
   std::vector<char*> arguments;
+  arguments.reserve(words.size() + 1);
   for (std::string& word : words) {
     arguments.push_back(word.data());
   }
@@ -130,7 +131,7 @@ void Campaign::End(Mission& mission, int status) {
   }
   if (!keep_) {
     std::error_code ignored;
-    fs::remove_all(mission.folder, ignored);  // some 100 MB: a hundred missions would fill a disk
+    fs::remove_all(mission.folder, ignored);  // tens of MB each, and missions may be many
     fs::remove(mission.log, ignored);
   }
 }
