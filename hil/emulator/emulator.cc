@@ -20,6 +20,11 @@ Time FaultTime(const ScheduledFault& fault) {
   return fault.kind == FaultKind::kAbsent ? Time{} : Time{FromSeconds(fault.at_s)};
 }
 
+/// A device that is to fall silent twice has nothing more to say after the first time.
+void Silence(const ScheduledFault& fault, std::optional<Time>& from) {
+  from = std::min(from.value_or(Time::max()), FaultTime(fault));
+}
+
 DeviceSetConfig Devices(const Plant& plant, const Scenario& scenario, std::uint64_t seed) {
   DeviceSetConfig config = TracerUf7Devices(plant.lower_rad(), plant.upper_rad());
   const BaseSpec& base = scenario.base;
@@ -36,7 +41,7 @@ DeviceSetConfig Devices(const Plant& plant, const Scenario& scenario, std::uint6
     if (fault.kind == FaultKind::kAbsent) {
       config.absent[device] = true;
     } else {
-      config.silent_from[device] = FaultTime(fault);
+      Silence(fault, config.silent_from[device]);
     }
   }
   return config;
@@ -56,7 +61,7 @@ Emulator::Emulator(const Scenario& scenario, const Vec<kPlantJoints>& home_rad, 
       truth_(scenario_, robot_) {
   for (const ScheduledFault& fault : scenario.faults) {
     if (fault.device == "camera") {
-      camera_silent_from_ = FaultTime(fault);
+      Silence(fault, camera_silent_from_);
     }
   }
 }

@@ -236,6 +236,9 @@ TEST_F(EmulatorTest, GivesFramesAtTheCamerasRateUntilItFallsSilent) {
   EXPECT_EQ(Frames(*silent.emulator, 1000), 8);  // at 0, 1/15 ... 7/15 s
   Bench absent(Cell(fault + "\"absent\"\n"));
   EXPECT_EQ(Frames(*absent.emulator, 1000), 0);
+  // As a scenario's fault and one laid over it.
+  Bench twice(Cell(fault + "\"silent\"\nat_s = 0.5\n" + fault + "\"silent\"\nat_s = 0.8\n"));
+  EXPECT_EQ(Frames(*twice.emulator, 1000), 8);
 }
 
 TEST_F(EmulatorTest, LetsTheWheelsSlipWhenTheScenarioSaysAndTellsNobody) {
@@ -274,7 +277,8 @@ TEST_F(EmulatorTest, LeavesAbsentDevicesOutAndSilencesThoseThatAreToFallSilent) 
   EXPECT_TRUE(no_base.arm.ready());
   EXPECT_EQ(no_base.base.fault().problem, Problem::kNotHeard);
 
-  Bench quiet(Cell(device + "\"arm5\"\nkind = \"silent\"\nat_s = 3.5\n"));
+  Bench quiet(Cell(device + "\"arm5\"\nkind = \"silent\"\nat_s = 3.5\n" + device +
+                   "\"arm5\"\nkind = \"silent\"\nat_s = 9\n"));
   quiet.qdot_radps.setConstant(0.1);
   quiet.For(milliseconds(3500));
   EXPECT_TRUE(quiet.arm.ready());
