@@ -233,8 +233,8 @@ void PoseFilter::Learn(double surplus) {
 /// The base has moved, and a fix far off the gate says that it slipped: as likely as a false fix.
 /// P and the slip become what would explain it, and the next fix tells.
 void PoseFilter::Startle(int i, double factor) {
-  slip_squared_ = std::clamp(slip_squared_ * factor, Squared(config_.slip_least),
-                             Squared(config_.slip_most));
+  slip_squared_ =
+      std::clamp(slip_squared_ * factor, Squared(config_.slip_least), Squared(config_.slip_most));
   Mat<6, 6>& P = moments_[i].P;
   P.topRows<3>() *= std::sqrt(factor);
   P.leftCols<3>() *= std::sqrt(factor);

@@ -47,8 +47,10 @@ int Mark(const Origin& o, const float* ends_W, int n, std::uint32_t* bits, int* 
       Ints steps, looked;
       Load(rays.steps + from, &steps);
       Load(rays.looked + from, &looked);
-      goes |= LanesOf(steps >= 0) << from;
-      sure |= LanesOf((steps >= 0) & (looked == steps)) << from;
+      const Ints some = steps >= 0;  // named: a comparison's own type suits more than one LanesOf
+      const Ints all = some & (looked == steps);
+      goes |= LanesOf(some) << from;
+      sure |= LanesOf(all) << from;
     }
     if (goes != 0) {
       bits[o.index >> 5] |= 1U << (o.index & 31);

@@ -292,8 +292,8 @@ TEST(PoseFilter, OneFixThatLiesDoesNotPullTheRobot) {
   EXPECT_FALSE(filter.lost());
 }
 
-/// One wheel on a spill: for a second the base turns by 15 degrees of which no wheel tells. The fixes
-/// are right all the while.
+/// One wheel on a spill: for a second the base turns by 15 degrees of which no wheel tells. The
+/// fixes are right all the while.
 TEST(PoseFilter, IsFoundByFixesWhileItSlips) {
   PoseFilter filter(Fine());
   Drive drive;
