@@ -64,10 +64,10 @@ constexpr bool Valid(const PoseFilterConfig& c) {
 ///
 ///   ln f² += learning (y' S⁻¹ M S⁻¹ y / tr(S⁻¹ M) - 1)     after some way, and in bounds
 ///
-/// A fix beyond the gate is refused: it does not move the pose. When it was the floor, f grows, and
-/// P with the way. When fixes go on to insist, P is widened: the pose gets unsure, then lost()
-/// stops the robot, unless the fixes fit the wider P. A scan that fits nowhere is such a doubt,
-/// too.
+/// A fix beyond the gate is refused: it does not move the pose. If the base has moved, f and P are
+/// raised at once by the ratio above (Startle): that it slips is as likely as a lie. When fixes go
+/// on to insist, P is widened: the pose gets unsure, then lost() stops the robot, unless the fixes
+/// fit the wider P. A scan that fits nowhere is such a doubt, too.
 ///
 /// No heap. Step: ~0.5 us. Correct: kSteps of these at most.
 class PoseFilter {
