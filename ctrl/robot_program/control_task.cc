@@ -92,6 +92,8 @@ PoseReport ControlTask::ReadPose() const {
           .way_scale = filter_.way_scale(),
           .fixes = filter_.fixes(),
           .refused = filter_.refused(),
+          .doubts = filter_.doubts(),
+          .doubted = config_.scans_correct && filter_.doubted(),
           .lost = filter_.lost()};
 }
 

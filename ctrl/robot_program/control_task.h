@@ -51,7 +51,9 @@ struct PoseReport {
   double yaw_scale_fast = 1;
   double way_scale = 1;
   std::uint64_t fixes = 0;    ///< taken
-  std::uint64_t refused = 0;  ///< beyond the gate
+  std::uint64_t refused = 0;  ///< beyond the gate, or they fit nowhere
+  std::uint64_t doubts = 0;   ///< so far
+  bool doubted = false;       ///< now: see PoseFilter
   bool lost = false;
 };
 

@@ -30,6 +30,7 @@ MappingTask::MappingTask(const MappingConfig& config, const RobotModel<kArmJoint
       robot_(robot),
       map_(config.map),
       field_(config.map),
+      noise_(config.noise),
       tracker_(config.primitives, config.seed),
       localizer_(config.localization) {}
 
@@ -50,22 +51,23 @@ void MappingTask::Start(const Configuration& q) {
   field_.Update(map_);
 }
 
-/// Moves q's base to where guess and cloud together find it.
-void MappingTask::Localize(const Isometry3d& X_BS, const Matrix3d& base_covariance,
-                           Configuration& q) {
+/// Moves q's base to where guess and cloud together find it. @returns whether that is certain
+/// enough for a map
+bool MappingTask::Localize(const Isometry3d& X_BS, const Motion& motion, Configuration& q) {
   PoseFix fix;
   const BasePose guess{.stamp = cloud_.stamp,
                        .x_m = q(0),
                        .y_m = q(1),
                        .phi_rad = q(2),
-                       .covariance = base_covariance};
-  const Status status = localizer_.Step(cloud_, X_BS, guess, fix);
-  if (status == Status::kFault || status == Status::kIterationLimit) {
+                       .covariance = motion.base_covariance};
+  const Status status = localizer_.Step(cloud_, X_BS, guess, motion.base_doubted, fix);
+  if (status == Status::kFault) {
     fix_ = PoseFix{.stamp = cloud_.stamp, .fits = false};
   } else if (status == Status::kOk) {
     fix_ = fix;
   }
   q.head<3>() = localizer_.pose();
+  return localizer_.added();
 }
 
 Status MappingTask::Step(const DepthFrame& frame, const Motion& motion) {
@@ -84,9 +86,13 @@ Status MappingTask::Step(const DepthFrame& frame, const Motion& motion) {
     ++counters_.refused;
     return made;
   }
+  noise_.Add(cloud_);
+  localizer_.Assume(noise_.k_1pm());
+  tracker_.Assume(noise_.k_1pm());
 
-  if (config_.localize) {
-    Localize(BaseAt(q->head<3>()).inverse() * guess.X_WS(), motion.base_covariance, *q);
+  if (config_.localize && !Localize(BaseAt(q->head<3>()).inverse() * guess.X_WS(), motion, *q)) {
+    ++counters_.doubted;
+    return Status::kOk;
   }
   const Body body(robot_, *q);
   cloud_.X_WS = body.X_WS();

@@ -6,6 +6,7 @@
 
 #include "ctrl/robot_program/perceived.h"
 #include "perception/cloud/cloud.h"
+#include "perception/cloud/noise_meter.h"
 #include "perception/localization/scan_localizer.h"
 #include "perception/map/voxel_grid.h"
 #include "perception/primitives/tracker.h"
@@ -17,6 +18,7 @@ namespace pipewright {
 struct MappingConfig {
   MapConfig map;
   CloudConfig cloud{.stride = 2};
+  NoiseMeterConfig noise;  ///< of the camera: primitives and localization take what is measured
   PrimitiveConfig primitives;
   ScanLocalizerConfig localization;
   bool localize = false;     ///< frames are placed where they find themselves
@@ -31,6 +33,7 @@ struct MappingConfig {
 struct MappingCounters {
   std::uint64_t frames = 0;        ///< received
   std::uint64_t without_pose = 0;  ///< dropped: no state of that instant
+  std::uint64_t doubted = 0;       ///< not added to the map
   std::uint64_t refused = 0;       ///< dropped: the frame made no sense
   CloudCounts cloud;               ///< readings left out
 };
@@ -46,7 +49,8 @@ class MappingTask {
   void Start(const Configuration& q);
 
   /// One frame, placed where it finds itself among what was seen before, else where `motion` has
-  /// the robot at its stamp. A frame whose pose is not known is dropped and counted.
+  /// the robot at its stamp. A frame whose pose is not known is dropped and counted; one whose pose
+  /// is in doubt may give a fix, but changes no map.
   Status Step(const DepthFrame& frame, const Motion& motion);
 
   /// What the probe covers at q. Each frame does this for its own instant.
@@ -60,15 +64,17 @@ class MappingTask {
   /// Where the last frame found the base, if it did.
   const std::optional<PoseFix>& fix() const { return fix_; }
   const ScanLocalizer& localizer() const { return localizer_; }
+  const NoiseMeter& noise() const { return noise_; }
   const MappingCounters& counters() const { return counters_; }
 
  private:
-  void Localize(const Isometry3d& X_BS, const Matrix3d& base_covariance, Configuration& q);
+  bool Localize(const Isometry3d& X_BS, const Motion& motion, Configuration& q);
 
   MappingConfig config_;
   const RobotModel<kArmJoints>& robot_;
   VoxelGrid map_;
   DistanceField field_;
+  NoiseMeter noise_;
   PrimitiveTracker tracker_;
   ScanLocalizer localizer_;
   std::optional<PoseFix> fix_;

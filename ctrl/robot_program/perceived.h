@@ -14,6 +14,7 @@ namespace pipewright {
 struct Motion {
   StateHistory states;
   Matrix3d base_covariance = Matrix3d::Zero();  ///< of the newest state's (x, y, phi)
+  bool base_doubted = false;                    ///< PoseFilter::doubted()
 };
 
 /// What the mapping task hands to the control task after each frame.

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include "ctrl/robot_program/control_task.h"
 #include "ctrl/robot_program/perceived.h"
 #include "plan/mission/mission.h"
 
@@ -11,15 +12,16 @@ class PlanningTask {
  public:
   PlanningTask(const MissionConfig& config, const MapConfig& map) : mission_(config, map) {}
 
-  const MissionOutput& Step(Time now, const MapSnapshot& snapshot, const RobotState& robot,
-                            const GoalProgress& progress, bool device_fault, bool pose_lost) {
-    output_ = mission_.Step({.robot = robot,
-                             .progress = progress,
+  const MissionOutput& Step(Time now, const MapSnapshot& snapshot, const ControlReport& report,
+                            bool device_fault) {
+    output_ = mission_.Step({.robot = report.state,
+                             .progress = report.progress,
                              .map = snapshot.map,
                              .field = snapshot.field,
                              .scene = snapshot.scene,
                              .device_fault = device_fault,
-                             .pose_lost = pose_lost},
+                             .pose_doubted = report.pose.doubted,
+                             .pose_lost = report.pose.lost},
                             now);
     return output_;
   }

@@ -42,6 +42,7 @@ const ControlReport& RobotProgram::StepControl(Time now) {
   Motion& motion = motion_.Back();
   motion.states = states_;
   motion.base_covariance = report.pose.covariance;
+  motion.base_doubted = report.pose.doubted;
   motion_.Publish();
   report_.Write(report);
   return report;
@@ -85,8 +86,7 @@ const MissionOutput& RobotProgram::Plan(Time now) {
   }
   camera_lost_ = camera_lost_ || now - camera_seen_ > camera_timeout_;
   const bool fault = camera_lost_ || report.phase == ControlPhase::kFault;
-  const MissionOutput& output =
-      planning_.Step(now, snapshot, report.state, report.progress, fault, report.pose.lost);
+  const MissionOutput& output = planning_.Step(now, snapshot, report, fault);
   if (planning_.goal().id != goal_id_) {
     goal_id_ = planning_.goal().id;
     goal_.Write(planning_.goal());

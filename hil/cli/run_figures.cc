@@ -142,7 +142,10 @@ Json RunJson(const InspectionOptions& options, const std::string& scenario,
                          {"yaw_scale_fast", pose.yaw_scale_fast},
                          {"way_scale", pose.way_scale},
                          {"fixes", pose.fixes},
-                         {"fixes_refused", pose.refused}};
+                         {"fixes_refused", pose.refused},
+                         {"doubts", pose.doubts},
+                         {"depth_noise_1pm", program.mapping().noise().k_1pm()},
+                         {"frames_doubted", program.mapping().counters().doubted}};
   run["can"] = {
       {"tx", can.tx}, {"rx", can.rx}, {"dropped", can.dropped}, {"load_peak", can.load_peak}};
   return run;

@@ -8,13 +8,10 @@
 namespace pipewright {
 namespace {
 
-/// Of variances, each doubt: a second of them at 15 Hz and standard deviations are 20 times as
-/// wide.
-constexpr double kDoubt = 1.5;
-
 constexpr double kLearningWay_m = 0.01;  ///< of the wheels, after which a fix tells of the floor
+constexpr double kHasMoved_m = 1e-3;     ///< after which a refused fix may tell of a slip
 constexpr double kSurprise = 9;          ///< an innovation squared counts as so many means at most
-constexpr double kShock = 50;            ///< and one that is refused
+constexpr double kShock = 50;            ///< and one that others agree with
 constexpr double kTellsNothing = 1e-6;
 
 constexpr double Squared(double x) { return x * x; }
@@ -66,7 +63,10 @@ void PoseFilter::Reset(const BasePose& pose) {
   rate_ = {};
   slip_squared_ = Squared(config_.slip_start);
   way_m_ = 0;
-  doubts_ = 0;
+  doubted_ = false;
+  dissent_.Clear();
+  refused_in_row_ = 0;
+  taken_in_row_ = 0;
   last_fix_ = Time::min();
 }
 
@@ -155,19 +155,24 @@ void PoseFilter::Replay(int from) {
   }
 }
 
-/// Either the fix of that moment is wrong or the pose is. Slip is Learn()'s; what the wheels know
-/// nothing of, as a push, is left when that explains nothing for long.
-void PoseFilter::Doubt(int i) {
+/// Either the fix is wrong or the pose is.
+void PoseFilter::Doubt(bool moved) {
   ++refused_;
-  if (++doubts_ <= config_.patience) {
-    return;
+  ++refused_in_row_;
+  taken_in_row_ = 0;
+  if (!doubted_ && (moved || refused_in_row_ >= config_.patience)) {
+    doubted_ = true;
+    ++doubts_;
   }
-  Mat<6, 6>& P = moments_[i].P;
-  P.topLeftCorner<3, 3>() *= kDoubt;
-  P(0, 0) += Squared(config_.fix.sigma_m);
-  P(1, 1) += Squared(config_.fix.sigma_m);
-  P(2, 2) += Squared(config_.fix.sigma_rad);
-  Replay(i);
+}
+
+void PoseFilter::Agree() {
+  ++fixes_;
+  refused_in_row_ = 0;
+  dissent_.Clear();
+  if (++taken_in_row_ >= config_.agreement) {
+    doubted_ = false;
+  }
 }
 
 Status PoseFilter::Correct(const PoseFix& fix) {
@@ -181,40 +186,61 @@ Status PoseFilter::Correct(const PoseFix& fix) {
   }
   last_fix_ = fix.stamp;
   if (!fix.fits) {
-    Doubt(i);
+    Doubt(false);
     return Status::kInfeasible;
   }
-  Moment& then = moments_[i];
-  const BaseStep step = StepTo(i, fix.stamp);
-  const double fast = i == newest_ ? Fast(rate_.turn_rad) : then.fast;
-  const Mat<3, 6> J = Derivative(then.x, step, fast);
-  const Mat<6, 3> PJ = then.P.lazyProduct(J.transpose());
-  const Mat<3, 3> M = J.lazyProduct(PJ);
-  const FixGain gain = GainOf(Moved(then.x, step, fast), M, fix, config_.fix);
+  const bool has_moved = way_m_ > kHasMoved_m;
   const double moved = std::min(1.0, way_m_ / kLearningWay_m);
   way_m_ = 0;
-  const double surprise = Surprise(gain, M);
-  if (!gain.within_gate) {
-    Startle(i, 1 + moved * (std::clamp(surprise, 1.0, kShock) - 1));
-    Doubt(i);
-    return Status::kInfeasible;
+  Instant then = At(i, fix);
+  if (!then.gain.within_gate) {
+    dissent_.Add(fix, then.pose, config_.fix);
+    Doubt(has_moved);
+    const Vector3d& y = dissent_.offset();
+    const bool near = y.head<2>().norm() < config_.lost_m && std::abs(y.z()) < config_.lost_rad;
+    if (dissent_.count() < config_.agreement || !near) {
+      return Status::kInfeasible;
+    }
+    Slipped(i, std::clamp(then.surprise, 1.0, kShock));
+    then = At(i, fix);
+  } else {
+    Learn(moved * (std::min(then.surprise, kSurprise) - 1));
   }
-  Learn(moved * (std::min(surprise, kSurprise) - 1));
-  ++fixes_;
-  doubts_ = 0;
-  const Vector3d before = then.P.diagonal().head<3>();
-  const Mat<6, 3> K = PJ.lazyProduct(gain.S_inverse);
-  then.x += K.lazyProduct(gain.y);
+  Agree();
+  Take(i, fix, then);
+  return Status::kOk;
+}
+
+/// The pose at a fix's stamp, moment i being the last before it, and what the fix tells of it.
+PoseFilter::Instant PoseFilter::At(int i, const PoseFix& fix) const {
+  const Moment& moment = moments_[i];
+  const BaseStep step = StepTo(i, fix.stamp);
+  const double fast = i == newest_ ? Fast(rate_.turn_rad) : moment.fast;
+  const Mat<3, 6> J = Derivative(moment.x, step, fast);
+  Instant then;
+  then.PJ = moment.P.lazyProduct(J.transpose());
+  const Mat<3, 3> M = J.lazyProduct(then.PJ);
+  then.pose = Moved(moment.x, step, fast);
+  then.gain = GainOf(then.pose, M, fix, config_.fix);
+  then.surprise = Surprise(then.gain, M);
+  return then;
+}
+
+/// The update of Kalman's filter at moment i.
+void PoseFilter::Take(int i, const PoseFix& fix, const Instant& then) {
+  Moment& moment = moments_[i];
+  const Vector3d before = moment.P.diagonal().head<3>();
+  const Mat<6, 3> K = then.PJ.lazyProduct(then.gain.S_inverse);
+  moment.x += K.lazyProduct(then.gain.y);
   const Vector3d most(config_.yaw_scale_max, config_.yaw_scale_max, config_.way_scale_max);
-  then.x.tail<3>() = then.x.tail<3>().cwiseMax(-most).cwiseMin(most);
-  then.P -= K.lazyProduct(PJ.transpose()).eval();
-  then.P = (then.P + then.P.transpose()).eval() / 2;
+  moment.x.tail<3>() = moment.x.tail<3>().cwiseMax(-most).cwiseMin(most);
+  moment.P -= K.lazyProduct(then.PJ.transpose()).eval();
+  moment.P = (moment.P + moment.P.transpose()).eval() / 2;
   for (int k = 0; k < 3; ++k) {
     const double surfaces = k < 2 ? fix.placed.m2 : fix.placed.rad2;
-    then.P(k, k) = NotSurerThan(surfaces, before(k), then.P(k, k));
+    moment.P(k, k) = NotSurerThan(surfaces, before(k), moment.P(k, k));
   }
   Replay(i);
-  return Status::kOk;
 }
 
 /// y' S⁻¹ M S⁻¹ y over its mean: how much larger the wheels' variance would be by this fix.
@@ -230,15 +256,13 @@ void PoseFilter::Learn(double surplus) {
   TellOdometry();
 }
 
-/// The base has moved, and a fix far off the gate says that it slipped: as likely as a false fix.
-/// P and the slip become what would explain it, and the next fix tells.
-void PoseFilter::Startle(int i, double factor) {
+/// The fixes are right: the base has slipped by their offset before moment i.
+void PoseFilter::Slipped(int i, double factor) {
+  const Vector3d& y = dissent_.offset();
+  const double way2 = y.head<2>().squaredNorm();
+  moments_[i].P.diagonal().head<3>() += Vector3d(way2, way2, Squared(y.z()));
   slip_squared_ =
       std::clamp(slip_squared_ * factor, Squared(config_.slip_least), Squared(config_.slip_most));
-  Mat<6, 6>& P = moments_[i].P;
-  P.topRows<3>() *= std::sqrt(factor);
-  P.leftCols<3>() *= std::sqrt(factor);
-  Replay(i);
   TellOdometry();
 }
 

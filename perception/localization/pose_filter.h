@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdint>
 
+#include "perception/localization/dissent.h"
 #include "perception/localization/fix_gain.h"
 #include "perception/localization/wheel_odometry.h"
 
@@ -27,7 +28,8 @@ struct PoseFilterConfig {
   double slow_radps = 0.3;  ///< the yaw scale depends on the speed: one up to this,
   double fast_radps = 0.6;  ///< one from here on, between them in proportion
   FixNoiseConfig fix{};
-  int patience = 30;    ///< refused fixes in a row before the pose itself is doubted
+  int patience = 6;     ///< refused fixes in a row that put the pose in doubt
+  int agreement = 3;    ///< fixes in a row that end the doubt, by the pose or against it
   double lost_m = 0.3;  ///< standard deviations beyond which the pose is lost
   double lost_rad = 0.6;
 };
@@ -38,7 +40,7 @@ constexpr bool Valid(const PoseFilterConfig& c) {
          c.yaw_scale_walk >= 0 && c.yaw_scale_max > 0 && c.yaw_scale_max < 1 &&
          c.way_scale_sigma >= 0 && c.way_scale_walk >= 0 && c.way_scale_max > 0 &&
          c.way_scale_max < 1 && c.slow_radps >= 0 && c.fast_radps > c.slow_radps && Valid(c.fix) &&
-         c.patience >= 0 && c.lost_m > 0 && c.lost_rad > 0;
+         c.patience >= 0 && c.agreement > 0 && c.lost_m > 0 && c.lost_rad > 0;
 }
 
 /// Base pose from wheel odometry, corrected by registered scans: an extended Kalman filter over
@@ -64,10 +66,16 @@ constexpr bool Valid(const PoseFilterConfig& c) {
 ///
 ///   ln f² += learning (y' S⁻¹ M S⁻¹ y / tr(S⁻¹ M) - 1)     after some way, and in bounds
 ///
-/// A fix beyond the gate is refused: it does not move the pose. If the base has moved, f and P are
-/// raised at once by the ratio above (Startle): that it slips is as likely as a lie. When fixes go
-/// on to insist, P is widened: the pose gets unsure, then lost() stops the robot, unless the fixes
-/// fit the wider P. A scan that fits nowhere is such a doubt, too.
+/// A fix beyond the gate is refused: it does not move the pose, and puts it in doubt if the base
+/// has moved: that it slipped is as likely as a false fix. So do some refused fixes in a row; a
+/// scan that fits nowhere is one, too. While doubted() the robot is to stand, and the next fixes
+/// tell: some in a row within the gate end the doubt, the pose was right; some in a row beyond it
+/// that agree with one another (Dissent) are believed. Then the base has slipped by their offset y,
+/// and as far in the directions of which they tell nothing: with e the length of (y_x, y_y),
+///
+///   P += diag(e², e², y_phi²),   f² *= the ratio above, at most kShock
+///
+/// Offsets beyond what lost() allows are not found again: the robot stops.
 ///
 /// No heap. Step: ~0.5 us. Correct: kSteps of these at most.
 class PoseFilter {
@@ -98,11 +106,15 @@ class PoseFilter {
   /// The wheels alone; its covariance is by what the fixes told of the floor.
   const WheelOdometry& odometry() const { return odometry_; }
 
+  /// What fixes tell and the pose do not agree: nothing may be added to a map by it, and the robot
+  /// is to stand until they do.
+  bool doubted() const { return doubted_; }
   /// The pose is too unsure to move by.
   bool lost() const;
 
   std::uint64_t fixes() const { return fixes_; }
   std::uint64_t refused() const { return refused_; }
+  std::uint64_t doubts() const { return doubts_; }
 
  private:
   struct Moment {
@@ -113,6 +125,14 @@ class PoseFilter {
     double fast = 0;  ///< k = (1 - fast) k_slow + fast k_fast on it
   };
 
+  /// A fix beside the pose of its stamp.
+  struct Instant {
+    Vector3d pose = Vector3d::Zero();
+    Mat<6, 3> PJ = Mat<6, 3>::Zero();
+    FixGain gain;
+    double surprise = 1;
+  };
+
   const Moment& Newest() const { return moments_[newest_]; }
   int Before(Time stamp) const;
   BaseStep StepTo(int i, Time stamp) const;
@@ -121,9 +141,12 @@ class PoseFilter {
   void Replay(int from);
   static double Surprise(const FixGain& gain, const Mat<3, 3>& M);
   void Learn(double surplus);
-  void Startle(int i, double factor);
   void TellOdometry();
-  void Doubt(int i);
+  void Doubt(bool moved);
+  void Slipped(int i, double factor);
+  void Agree();
+  Instant At(int i, const PoseFix& fix) const;
+  void Take(int i, const PoseFix& fix, const Instant& then);
 
   PoseFilterConfig config_;
   WheelOdometry odometry_;
@@ -134,9 +157,13 @@ class PoseFilter {
   double slip_squared_;
   double way_m_ = 0;  ///< of the wheels, since the last fix
   Time last_fix_{};
-  int doubts_ = 0;  ///< refused in a row
+  bool doubted_ = false;
+  Dissent dissent_;
+  int refused_in_row_ = 0;
+  int taken_in_row_ = 0;
   std::uint64_t fixes_ = 0;
   std::uint64_t refused_ = 0;
+  std::uint64_t doubts_ = 0;
 };
 
 }  // namespace pipewright

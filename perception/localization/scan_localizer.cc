@@ -9,6 +9,7 @@ namespace pipewright {
 namespace {
 
 constexpr int kNormalSpan = 4;  ///< readings
+constexpr double kMore = 1.1;   ///< times the points on known surfaces
 
 /// Normal of the surface about a reading, towards the sensor, from the readings kNormalSpan beside
 /// it each way. @returns false where there are none
@@ -107,19 +108,41 @@ void ScanLocalizer::Extend(const Cloud& cloud, const Isometry3d& X_WS) {
   }
 }
 
+/// Near the guess; one in doubt within the search's grid, if more of the scan fits there.
+Status ScanLocalizer::Find(std::span<const ScanPoint> scan, const Isometry3d& X_BS,
+                           const BasePose& guess, bool doubted, PoseFix& fix) {
+  const Vector3d pose(guess.x_m, guess.y_m, guess.phi_rad);
+  RegistrationConfig config = config_.registration;
+  config.reach_m = Reach(guess.covariance);
+  const Status near = Register(map_, pipes_, scan, X_BS, pose, pose, config, fix, figures_);
+  if (!doubted) {
+    return near;
+  }
+  const Vector3d start = BestStart(map_, pipes_, scan, X_BS, pose, config_.search);
+  config.reach_m = config_.search.width_m;
+  PoseFix far_fix;
+  RegistrationFigures far_figures;
+  const Status far = Register(map_, pipes_, scan, X_BS, pose, start, config, far_fix, far_figures);
+  const bool better = near != Status::kOk || far_figures.inliers > kMore * figures_.inliers;
+  if (far != Status::kOk || !better) {
+    return near;
+  }
+  fix = far_fix;
+  figures_ = far_figures;
+  return far;
+}
+
 Status ScanLocalizer::Step(const Cloud& cloud, const Isometry3d& X_BS, const BasePose& guess,
-                           PoseFix& fix) {
+                           bool doubted, PoseFix& fix) {
   ++counters_.scans;
-  trusted_ = false;
+  added_ = false;
   pose_ = {guess.x_m, guess.y_m, guess.phi_rad};
   const Vector3d before = pose_;
   placed_ = PlacementOf(guess.covariance);
   MarkUsable(cloud);
   const int count = Select(cloud);
   const std::span<const ScanPoint> scan(scan_.data(), static_cast<std::size_t>(count));
-  RegistrationConfig config = config_.registration;
-  config.reach_m = Reach(guess.covariance);
-  const Status status = Register(map_, pipes_, scan, X_BS, before, config, fix, figures_);
+  const Status status = Find(scan, X_BS, guess, doubted, fix);
   fix.stamp = cloud.stamp;
   if (status == Status::kOk) {
     ++counters_.fixes;
@@ -131,18 +154,18 @@ Status ScanLocalizer::Step(const Cloud& cloud, const Isometry3d& X_BS, const Bas
           NotSurerThan(fix.placed, placed_, PlacementOf(guess.covariance - MS * guess.covariance));
     }
     const Vector3d jump = pose_ - before;
-    trusted_ = gain.within_gate && jump.head<2>().norm() <= config_.jump_m &&
-               std::abs(jump.z()) <= config_.jump_rad;
-    if (trusted_) {
-      Extend(cloud, BaseAt(pose_) * X_BS);
-    } else {
-      ++counters_.jumps;
-    }
+    added_ = gain.within_gate && jump.head<2>().norm() <= config_.jump_m &&
+             std::abs(jump.z()) <= config_.jump_rad;
+    counters_.jumps += added_ ? 0 : 1;
   } else if (status == Status::kUnavailable || status == Status::kInfeasible) {
     ++counters_.unknown;
-    Extend(cloud, BaseAt(pose_) * X_BS);
+    added_ = true;
   } else {
     ++counters_.refused;
+  }
+  added_ = added_ && !doubted;
+  if (added_) {
+    Extend(cloud, BaseAt(pose_) * X_BS);
   }
   return status;
 }

@@ -3,9 +3,11 @@
 
 #include <array>
 #include <cstdint>
+#include <span>
 
 #include "perception/cloud/cloud.h"
 #include "perception/localization/fix_gain.h"
+#include "perception/localization/pose_search.h"
 #include "perception/localization/scan_registration.h"
 #include "perception/localization/surfel_map.h"
 #include "perception/localization/wheel_odometry.h"
@@ -15,13 +17,14 @@ namespace pipewright {
 struct ScanLocalizerConfig {
   SurfelMapConfig map;
   PipeLandmarkConfig pipes;
+  PoseSearchConfig search;
   RegistrationConfig registration{.model_rad = 0.03,
                                   .sigma_max = 1.5e-3,
                                   .points_min = 60,
                                   .known_min = 0.3,
                                   .inliers_min = 0.88};
   double range_m = 2.5;             ///< farther readings are too noisy to be of use
-  double range_noise_1pm = 3.8e-3;  ///< σ(z)/z²
+  double range_noise_1pm = 3.8e-3;  ///< σ(z)/z², until told otherwise
   /// Reach of the registration: so many standard deviations of the guess, and a bit. A scan that
   /// may look farther than the base can be finds places that only look like it.
   double reach_sigmas = 2;
@@ -48,7 +51,9 @@ struct ScanLocalizerCounters {
 ///
 /// A frame is added where guess and fix together put it, each as far as it is known: by fixes alone
 /// the reference would creep, a little with each. One that sees nothing known is added where the
-/// guess has it; one that does not fit, jumps, or is beyond the gate, not at all.
+/// guess has it; one that does not fit, jumps, or is beyond the gate, not at all; nor is any while
+/// the guess is in doubt. Then it is found in a wider space, too (BestStart), and the fix is of
+/// what more points are on.
 class ScanLocalizer {
  public:
   static constexpr int kScanPoints = 1024;
@@ -56,14 +61,19 @@ class ScanLocalizer {
   explicit ScanLocalizer(const ScanLocalizerConfig& config = {});
 
   /// @param cloud  readings in S, X_WS not used
-  /// @param guess  of the base at the cloud's stamp, with its covariance
+  /// @param guess    of the base at the cloud's stamp, with its covariance
+  /// @param doubted  it does not agree with what the frames before told: see PoseFilter
   /// @returns that of Register()
-  Status Step(const Cloud& cloud, const Isometry3d& X_BS, const BasePose& guess, PoseFix& fix);
+  Status Step(const Cloud& cloud, const Isometry3d& X_BS, const BasePose& guess, bool doubted,
+              PoseFix& fix);
+
+  /// How noisy the readings are from here on: σ(z)/z², 1/m.
+  void Assume(double range_noise_1pm) { config_.range_noise_1pm = range_noise_1pm; }
 
   /// (x, y, phi) by the last guess and its fix together.
   const Vector3d& pose() const { return pose_; }
-  /// Whether the last frame was found near its guess.
-  bool trusted() const { return trusted_; }
+  /// Whether the last frame was added: pose() is where it belongs, on any other map as well.
+  bool added() const { return added_; }
 
   /// What is known of pipes, as of the last frame.
   void Take(const Scene& scene) { pipes_.Update(scene, placed_); }
@@ -79,6 +89,8 @@ class ScanLocalizer {
   int Select(const Cloud& cloud);
   void Extend(const Cloud& cloud, const Isometry3d& X_WS);
   double Reach(const Mat<3, 3>& covariance) const;
+  Status Find(std::span<const ScanPoint> scan, const Isometry3d& X_BS, const BasePose& guess,
+              bool doubted, PoseFix& fix);
   float Sigma(const Eigen::Vector3f& p_SQ) const;
 
   ScanLocalizerConfig config_;
@@ -91,7 +103,7 @@ class ScanLocalizer {
   ScanLocalizerCounters counters_;
   Vector3d pose_ = Vector3d::Zero();
   Placement placed_;  ///< of pose_
-  bool trusted_ = false;
+  bool added_ = false;
 };
 
 }  // namespace pipewright

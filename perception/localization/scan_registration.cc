@@ -51,14 +51,15 @@ NormalEquations Linearise(const SurfelMap& map, const PipeLandmarks& pipes,
       continue;  // grazing, or the surface's other side; or too far beside it
     }
     ++sum.associated;
-    if (r * r < kKernel * kKernel * var) {
+    const double placed_m2 = surfel->placed.at_1m();
+    const double worse_m2 = std::max(0.0, placed_m2 - best_placed_m2);
+    if (r * r < kKernel * kKernel * (var + worse_m2)) {
       ++sum.inliers;
-      sum.chi2 += r * r / var;
+      sum.chi2 += r * r / (var + worse_m2);
     }
     const double wide_var = var + reach_m * reach_m;
-    const double placed_m2 = surfel->placed.at_1m();
     const double robust = 1 / (1 + r * r / (kKernel * kKernel * wide_var));
-    const double w = robust * robust / (wide_var + std::max(0.0, placed_m2 - best_placed_m2));
+    const double w = robust * robust / (wide_var + worse_m2);
     Mat<3, 3> B = Mat<3, 3>::Identity();
     B.row(2) << pose.y() - p_WQ.y(), p_WQ.x() - pose.x(), 0;
     const Vector3d J = B * n;
@@ -126,18 +127,18 @@ Isometry3d BaseAt(const Vector3d& pose) {
 }
 
 Status Register(const SurfelMap& map, const PipeLandmarks& pipes, std::span<const ScanPoint> scan,
-                const Isometry3d& X_BS, const Vector3d& guess, const RegistrationConfig& config,
-                PoseFix& fix, RegistrationFigures& figures) {
+                const Isometry3d& X_BS, const Vector3d& guess, const Vector3d& start,
+                const RegistrationConfig& config, PoseFix& fix, RegistrationFigures& figures) {
   assert(Valid(config));
   figures = {};
-  if (!Finite(X_BS, guess)) {
+  if (!Finite(X_BS, guess) || !start.allFinite()) {
     return Status::kOutOfRange;
   }
   const double known = config.known_min * static_cast<double>(scan.size());
   const auto enough = [&](int associated) {
     return associated >= config.points_min && associated >= known;
   };
-  Vector3d pose = guess;
+  Vector3d pose = start;
   double reach_m = config.reach_m;
   NormalEquations sum;
   bool settled = false;
@@ -159,6 +160,7 @@ Status Register(const SurfelMap& map, const PipeLandmarks& pipes, std::span<cons
   }
   sum = Linearise(map, pipes, scan, X_BS, pose, 0, sum.best_placed_m2, config);
   figures.associated = sum.associated;
+  figures.inliers = sum.inliers;
   figures.inlier_share = sum.associated > 0 ? 1.0 * sum.inliers / sum.associated : 0;
   figures.chi2 = sum.inliers > 0 ? sum.chi2 / sum.inliers : 0;
   if (!settled) {

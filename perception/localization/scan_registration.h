@@ -55,6 +55,7 @@ constexpr bool Valid(const RegistrationConfig& c) {
 struct RegistrationFigures {
   int iterations = 0;
   int associated = 0;
+  int inliers = 0;
   double inlier_share = 0;
   double chi2 = 0;     ///< per degree of freedom, of the inliers
   int directions = 0;  ///< of (x, y, phi) that the scan determines
@@ -73,7 +74,8 @@ Misfit MisfitOf(const Surfel& surfel, float sigma_m, const Vector3d& p_WQ, const
 /// X_WB of a base at (x, y, phi).
 Isometry3d BaseAt(const Vector3d& pose);
 
-/// Moves the base in the plane until the scan lies on the pipes and the map's surfels.
+/// Moves the base in the plane, from `start` on, until the scan lies on the pipes and the map's
+/// surfels.
 ///
 /// The camera is fixed in B by the arm's joints (X_BS), so that only (x, y, phi) is free. With the
 /// point q = R(phi) p_BQ + (x, y, 0) and its surfel (p, n), or a pipe's surface at q:
@@ -96,14 +98,15 @@ Isometry3d BaseAt(const Vector3d& pose);
 /// So H = Σ w J J' is split into its eigenvectors (with phi as a way at 1 m), and one whose
 /// information is not `clear` times what is feigned is left out: the base is not moved along it,
 /// and it has no information in the fix; nor has one that is less known than sigma_max. The rest is
-/// what is stated, less H_false, over chi2 where the fit is worse than the noise.
+/// what is stated, less H_false, over chi2 where the fit is worse than the noise. Where the scan
+/// tells nothing, the fix is the guess.
 ///
 /// Cost: iterations * points * up to seven look-ups. No heap.
 /// @returns kUnavailable: too few points on known surfaces; kIterationLimit: it did not settle;
 ///          kFault: too few inliers; kInfeasible: no direction is determined; kOutOfRange: not
 ///          finite. `fix` is then not to be used.
 Status Register(const SurfelMap& map, const PipeLandmarks& pipes, std::span<const ScanPoint> scan,
-                const Isometry3d& X_BS, const Vector3d& guess, const RegistrationConfig& config,
-                PoseFix& fix, RegistrationFigures& figures);
+                const Isometry3d& X_BS, const Vector3d& guess, const Vector3d& start,
+                const RegistrationConfig& config, PoseFix& fix, RegistrationFigures& figures);
 
 }  // namespace pipewright

@@ -20,6 +20,12 @@ class PrimitiveDetector {
   PrimitiveDetector(const PrimitiveConfig& config, std::uint64_t seed)
       : planes_(config, seed), pipes_(config, seed) {}
 
+  /// How noisy the readings are from here on: DepthNoise::c_1pm.
+  void Assume(double noise_1pm) {
+    planes_.Assume(noise_1pm);
+    pipes_.Assume(noise_1pm);
+  }
+
   void Detect(DepthView& view, const PrimitiveHints& hints) {
     planes_.Find(view, {hints.planes.begin(), hints.planes.end()});
     pipes_.Find(view, {hints.pipes.begin(), hints.pipes.end()},

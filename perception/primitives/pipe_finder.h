@@ -39,6 +39,9 @@ class PipeFinder {
 
   PipeFinder(const PrimitiveConfig& config, std::uint64_t seed) : config_(config), rng_(seed, 2) {}
 
+  /// How noisy the readings are from here on: DepthNoise::c_1pm.
+  void Assume(double noise_1pm) { config_.noise.c_1pm = noise_1pm; }
+
   /// Tries `hints` first. `planes` are those of the same view: what is near them is not judged.
   /// Cost: see PrimitiveDetector.
   void Find(DepthView& view, std::span<const CylinderFit> hints,

@@ -43,6 +43,9 @@ class PlaneFinder {
 
   PlaneFinder(const PrimitiveConfig& config, std::uint64_t seed) : config_(config), rng_(seed, 1) {}
 
+  /// How noisy the readings are from here on: DepthNoise::c_1pm.
+  void Assume(double noise_1pm) { config_.noise.c_1pm = noise_1pm; }
+
   /// Tries `hints` first. Cost: O(pixels) a plane.
   void Find(DepthView& view, std::span<const PlaneFit> hints);
 

@@ -47,6 +47,11 @@ void Erase(Vector& items, int i) {
 PrimitiveTracker::PrimitiveTracker(const PrimitiveConfig& config, std::uint64_t seed)
     : config_(config), detector_(config, seed) {}
 
+void PrimitiveTracker::Assume(double noise_1pm) {
+  config_.noise.c_1pm = noise_1pm;
+  detector_.Assume(noise_1pm);
+}
+
 void PrimitiveTracker::Step(const Cloud& cloud) {
   ++counters_.frames;
   scene_.stamp = cloud.stamp;

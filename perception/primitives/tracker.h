@@ -35,6 +35,9 @@ class PrimitiveTracker {
 
   PrimitiveTracker(const PrimitiveConfig& config, std::uint64_t seed);
 
+  /// How noisy the readings are from here on: DepthNoise::c_1pm.
+  void Assume(double noise_1pm);
+
   /// One frame. Cost: 1 to 3 ms for 106x60 readings.
   void Step(const Cloud& cloud);
 

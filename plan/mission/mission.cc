@@ -59,8 +59,12 @@ MissionOutput Mission::Step(const MissionInput& input, Time now) {
   } else if (now - begin_ > config_.mission_timeout) {
     End(MissionState::kDone, StopReason::kTimeout);
   }
-  if (Cfnbv* cfnbv = std::get_if<Cfnbv>(&planner_); cfnbv != nullptr && input.robot.valid) {
+  if (Cfnbv* cfnbv = std::get_if<Cfnbv>(&planner_);
+      cfnbv != nullptr && input.robot.valid && !input.pose_doubted) {
     cfnbv->Passed(input.robot.q);
+  }
+  if (Hold(input, now)) {
+    return out_;
   }
   switch (out_.state) {
     case MissionState::kStart:
@@ -75,11 +79,40 @@ MissionOutput Mission::Step(const MissionInput& input, Time now) {
     case MissionState::kMove:
       MoveStep(input, now);
       break;
+    case MissionState::kHold:
     case MissionState::kDone:
     case MissionState::kFault:
       break;
   }
   return out_;
+}
+
+/// A pose in doubt: the goal is dropped, for the way to it was planned from elsewhere.
+/// @returns whether the robot is to stand in this step
+bool Mission::Hold(const MissionInput& input, Time now) {
+  if (Ended() || out_.state == MissionState::kStart) {
+    return false;
+  }
+  const bool holding = out_.state == MissionState::kHold;
+  if (!input.pose_doubted) {
+    if (holding) {
+      out_.state = held_;
+      settled_at_ = now + config_.settle;
+    }
+    return false;
+  }
+  if (!holding) {
+    ++out_.holds;
+    held_ =
+        out_.state == MissionState::kLookAround ? MissionState::kLookAround : MissionState::kPlan;
+    out_.state = MissionState::kHold;
+    hold_since_ = now;
+    out_.new_goal = goal_.id != 0;
+    goal_ = Goal{};
+  } else if (now - hold_since_ > config_.hold_timeout) {
+    End(MissionState::kFault, StopReason::kPoseLost);
+  }
+  return true;
 }
 
 bool Mission::DeviceFault(const MissionInput& input, Time now) {

@@ -19,6 +19,7 @@ enum class MissionState : std::uint8_t {
   kLookAround,  ///< arm postures about the start, so that more than the start bubble is known
   kPlan,        ///< the next Step() plans
   kMove,        ///< the controller is on its way
+  kHold,        ///< standing until scans and pose agree again, then a new plan
   kDone,        ///< ended as planned: see StopReason
   kFault,       ///< ended by a fault; the goal is "none"
 };
@@ -28,7 +29,7 @@ enum class StopReason : std::uint8_t {
   kComplete,
   kNoReachableView,
   kDeviceFault,
-  kPoseLost,  ///< where the base is became too uncertain to move
+  kPoseLost,  ///< where the base is became too uncertain to move, or in doubt for too long
   kStuck,     ///< goals stalled in a row while nothing new was seen or covered
   kTimeout,
 };
@@ -43,6 +44,8 @@ constexpr const char* Name(MissionState s) {
       return "plan";
     case MissionState::kMove:
       return "move";
+    case MissionState::kHold:
+      return "hold";
     case MissionState::kDone:
       return "done";
     case MissionState::kFault:
@@ -84,6 +87,7 @@ struct MissionConfig {
   Duration start_timeout = FromSeconds(10);  ///< for the devices to come up
   Duration device_timeout = FromSeconds(1);  ///< a state that is invalid for so long is a fault
   Duration goal_timeout = FromSeconds(60);   ///< a goal not reached by then counts as stalled
+  Duration hold_timeout = FromSeconds(20);   ///< a pose in doubt for so long is lost
   Duration settle = FromSeconds(0.2);        ///< from a goal's end to the plan: a frame or two
   Duration mission_timeout = FromSeconds(3600);
   int stalls_until_stuck = 8;       ///< in a row, with nothing newly seen or covered between
@@ -94,9 +98,9 @@ struct MissionConfig {
 constexpr bool Valid(const MissionConfig& c) {
   return Valid(c.cfnbv) && Valid(c.paper) && c.start_timeout > Duration::zero() &&
          c.device_timeout > Duration::zero() && c.goal_timeout > Duration::zero() &&
-         c.looks_until_known >= 0 && c.settle >= Duration::zero() &&
-         c.mission_timeout > Duration::zero() && c.stalls_until_stuck > 0 &&
-         c.failed_plans_until_stop > 0;
+         c.hold_timeout > Duration::zero() && c.looks_until_known >= 0 &&
+         c.settle >= Duration::zero() && c.mission_timeout > Duration::zero() &&
+         c.stalls_until_stuck > 0 && c.failed_plans_until_stop > 0;
 }
 
 /// With the looks that suit the UF7's folded posture.
@@ -110,6 +114,7 @@ struct MissionInput {
   const DistanceField& field;
   const Scene& scene;
   bool device_fault = false;  ///< a device reports a fault or has stopped answering
+  bool pose_doubted = false;  ///< scans do not agree with robot.q
   bool pose_lost = false;     ///< robot is invalid for the base's pose, not for a device
 };
 
@@ -125,6 +130,7 @@ struct MissionOutput {
   int plan_steps = 0;  ///< so far
   int reached = 0;     ///< goals of plans, so far
   int stalls = 0;      ///< likewise
+  int holds = 0;       ///< likewise
 };
 
 /// Runs one inspection: start, look around, then plan and move until the planner has nothing left,
@@ -151,6 +157,7 @@ class Mission {
   void End(MissionState state, StopReason why);
   void SetGoal(const Goal& goal, Time now);
   GoalState FollowGoal(const GoalProgress& progress, Time now);
+  bool Hold(const MissionInput& input, Time now);
   void StartStep(const MissionInput& input, Time now);
   void LookStep(const MissionInput& input, Time now);
   bool NextLook(const MissionInput& input, Time now);
@@ -169,6 +176,8 @@ class Mission {
   Time last_valid_{};
   Time goal_since_{};
   Time settled_at_{};
+  Time hold_since_{};
+  MissionState held_ = MissionState::kPlan;  ///< what to go on with
   ArmVector start_joints_ = ArmVector::Zero();
   int next_look_ = 0;
   std::uint32_t last_goal_id_ = 0;

@@ -202,6 +202,31 @@ TEST(MappingTask, RefusesAndCountsAFrameThatMakesNoSense) {
   EXPECT_EQ(task->map().revision(), revision);
 }
 
+TEST(MappingTask, AddsNoFrameWhoseBaseIsInDoubt) {
+  MappingConfig config = Config();
+  config.localize = true;
+  const auto task = std::make_unique<MappingTask>(config, TracerUf7());
+  Eye eye;
+  const auto frame = std::make_unique<DepthFrame>();
+  const Configuration q = HomeAtOrigin();
+  eye.Shoot(q, *frame);
+  const StateHistory standing = Moving(q, q, frame->stamp);
+  const auto see = [&](bool doubted) {
+    return task->Step(*frame, {.states = standing, .base_doubted = doubted});
+  };
+  const std::uint64_t revision = task->map().revision();
+  ASSERT_EQ(see(true), Status::kOk);
+  EXPECT_EQ(task->map().revision(), revision);
+  EXPECT_EQ(task->localizer().map().cells(), 0);
+  EXPECT_EQ(task->scene().stamp, Time());
+  EXPECT_EQ(task->counters().doubted, 1U);
+  ASSERT_EQ(see(false), Status::kOk);
+  EXPECT_NE(task->map().revision(), revision);
+  EXPECT_GT(task->localizer().map().cells(), 0);
+  EXPECT_EQ(task->scene().stamp, frame->stamp);
+  EXPECT_EQ(task->counters().doubted, 1U);
+}
+
 TEST(MappingTask, TakesNothingFromTheHeapWhileItRuns) {
   const auto task = std::make_unique<MappingTask>(Config(), TracerUf7());
   Eye eye;

@@ -8,53 +8,18 @@
 #include <limits>
 
 #include "platform/core/rng.h"
+#include "tests/perception/localization/drive.h"
 
 namespace pipewright {
 namespace {
 
 using std::chrono::milliseconds;
-
-constexpr double kTrack_m = 0.35;
-constexpr int kReport_ms = 20;
-
-/// A base that moves apart from the code under test, and wheels that tell of it what they tell.
-struct Drive {
-  Vector3d truth = Vector3d::Zero();
-  double left_m = 0;
-  double right_m = 0;
-  Time now{};
-
-  /// One report's time; the base turns yaw_scale times as far as its wheels tell.
-  Status Run(PoseFilter& filter, double v_mps, double w_radps, double yaw_scale = 1) {
-    if (now == Time{}) {
-      (void)filter.Step(now, 0, 0, 0, 0);  // where the wheels' counts begin
-    }
-    for (int i = 0; i < kReport_ms; ++i) {
-      const double dt = 1e-3;
-      const double w_true = w_radps * yaw_scale;
-      truth.x() += v_mps * dt * std::cos(truth.z() + w_true * dt / 2);
-      truth.y() += v_mps * dt * std::sin(truth.z() + w_true * dt / 2);
-      truth.z() += w_true * dt;
-      left_m += (v_mps - w_radps * kTrack_m / 2) * dt;
-      right_m += (v_mps + w_radps * kTrack_m / 2) * dt;
-    }
-    now += milliseconds(kReport_ms);
-    return filter.Step(now, v_mps, w_radps, left_m, right_m);
-  }
-};
-
-Mat<3, 3> Information(double sigma_m, double sigma_rad) {
-  return Vector3d(1 / (sigma_m * sigma_m), 1 / (sigma_m * sigma_m), 1 / (sigma_rad * sigma_rad))
-      .asDiagonal();
-}
-
-Vector3d PoseOf(const PoseFilter& filter) {
-  const BasePose pose = filter.pose();
-  return {pose.x_m, pose.y_m, pose.phi_rad};
-}
-
-/// Without the quantum, so that only what a test puts in is wrong.
-PoseFilterConfig Fine() { return {.odometry = {.track_m = kTrack_m, .quantum_m = 1e-9}}; }
+using test::Drive;
+using test::Fine;
+using test::Information;
+using test::kReport_ms;
+using test::kTrack_m;
+using test::PoseOf;
 
 TEST(PoseFilter, WithoutFixesGoesWhereTheWheelsTell) {
   PoseFilter filter;
@@ -271,107 +236,6 @@ TEST(PoseFilter, StatesItsErrorsCovariance) {
   }
   // The mean of 300 chi-squares of 3: 3 +- 2.58 sqrt(6/300) at 99 %.
   EXPECT_NEAR(sum / samples, 3, 0.37);
-}
-
-TEST(PoseFilter, OneFixThatLiesDoesNotPullTheRobot) {
-  PoseFilter filter(Fine());
-  Drive drive;
-  for (int k = 0; k < 300; ++k) {
-    (void)drive.Run(filter, 0.2, 0.1);
-    if (k % 3 == 0) {
-      const bool lie = k == 240;
-      const Vector3d jump = lie ? Vector3d(0.2, -0.1, 0.3) : Vector3d::Zero();
-      EXPECT_EQ(filter.Correct({.stamp = drive.now,
-                                .pose = drive.truth + jump,
-                                .information = Information(1e-3, 1e-3)}),
-                lie ? Status::kInfeasible : Status::kOk);
-      ASSERT_LT((PoseOf(filter) - drive.truth).norm(), 1e-3);
-    }
-  }
-  EXPECT_EQ(filter.refused(), 1U);
-  EXPECT_FALSE(filter.lost());
-}
-
-/// One wheel on a spill: for a second the base turns by 15 degrees of which no wheel tells. The
-/// fixes are right all the while.
-TEST(PoseFilter, IsFoundByFixesWhileItSlips) {
-  PoseFilter filter(Fine());
-  Drive drive;
-  double worst_rad = 0;
-  int refused_last = 0;
-  for (int k = 0; k < 450; ++k) {
-    (void)drive.Run(filter, 0.3, 0);
-    drive.truth.z() += 300 <= k && k < 350 ? 15 * M_PI / 180 / 50 : 0;
-    if (k % 3 == 0) {
-      const Status status = filter.Correct(
-          {.stamp = drive.now, .pose = drive.truth, .information = Information(1e-3, 2e-3)});
-      refused_last = status == Status::kOk ? refused_last : k;
-    }
-    worst_rad = std::max(worst_rad, std::abs(PoseOf(filter).z() - drive.truth.z()));
-  }
-  EXPECT_LT(worst_rad, 4 * M_PI / 180);
-  EXPECT_LT(refused_last, 325);
-  EXPECT_LT((PoseOf(filter) - drive.truth).norm(), 5e-3);
-  EXPECT_FALSE(filter.lost());
-}
-
-TEST(PoseFilter, FixesThatInsistMakeItUnsureBeforeTheyMoveIt) {
-  PoseFilter filter(Fine());
-  Drive drive;
-  const auto see = [&](const Vector3d& jump) {
-    (void)drive.Run(filter, 0.1, 0);
-    return filter.Correct(
-        {.stamp = drive.now, .pose = drive.truth + jump, .information = Information(1e-3, 1e-3)});
-  };
-  for (int k = 0; k < 20; ++k) {
-    ASSERT_EQ(see(Vector3d::Zero()), Status::kOk);
-  }
-  // The base was pushed by 6 cm: the fixes are right, the wheels know nothing.
-  const Vector3d push(0.06, 0, 0);
-  int refusals = 0;
-  double sigma_m = 0;
-  while (see(push) == Status::kInfeasible) {
-    ++refusals;
-    ASSERT_LT(std::abs(PoseOf(filter).x() - drive.truth.x()), 2e-3);
-    const double now_m = std::sqrt(filter.pose().covariance(0, 0));
-    EXPECT_GT(now_m, sigma_m);
-    sigma_m = now_m;
-    ASSERT_LT(refusals, 45);  // three seconds
-  }
-  EXPECT_GE(refusals, 3);
-  EXPECT_GT(sigma_m, 0.06 / 6);  // it was unsure enough to believe it
-  for (int k = 0; k < 5; ++k) {
-    EXPECT_EQ(see(push), Status::kOk);
-  }
-  EXPECT_NEAR(PoseOf(filter).x() - drive.truth.x(), 0.06, 2e-3);
-  EXPECT_FALSE(filter.lost());
-
-  // Two metres are more than it may believe: it gets lost on the way, and the robot stops.
-  for (int k = 0; k < 75 && !filter.lost(); ++k) {
-    EXPECT_EQ(see(Vector3d(2, 0, 0)), Status::kInfeasible);
-  }
-  EXPECT_TRUE(filter.lost());
-}
-
-TEST(PoseFilter, ScansThatFitNowhereMakeItLostWithoutMovingIt) {
-  PoseFilter filter(Fine());
-  Drive drive;
-  for (int k = 0; k < 30; ++k) {
-    (void)drive.Run(filter, 0.1, 0);
-    ASSERT_EQ(
-        filter.Correct(
-            {.stamp = drive.now, .pose = drive.truth, .information = Information(1e-3, 1e-3)}),
-        Status::kOk);
-  }
-  int scans = 0;
-  while (!filter.lost() && scans < 100) {
-    (void)drive.Run(filter, 0.1, 0);
-    EXPECT_EQ(filter.Correct({.stamp = drive.now, .fits = false}), Status::kInfeasible);
-    ASSERT_LT((PoseOf(filter) - drive.truth).norm(), 1e-3);
-    ++scans;
-  }
-  EXPECT_GT(scans, 5);   // one or two are nothing yet
-  EXPECT_LT(scans, 75);  // five seconds
 }
 
 TEST(PoseFilter, GetsLostWhenTheWheelsAloneTellForLong) {

@@ -100,8 +100,8 @@ Status Match(const Points& fixed, const Points& moved, const Vector3d& guess, Po
     RegistrationConfig config{.iterations = 60, .reach_m = cell_m};
     RegistrationFigures figures;
     const Vector3d from = fix.pose;
-    status =
-        Register(*map, PipeLandmarks(), scan, Isometry3d::Identity(), from, config, fix, figures);
+    status = Register(*map, PipeLandmarks(), scan, Isometry3d::Identity(), from, from, config, fix,
+                      figures);
   }
   return status;
 }

@@ -77,10 +77,11 @@ BasePose Guess(const Vector3d& pose, double sigma) {
 
 class ScanLocalizerTest : public testing::Test {
  protected:
-  Status Look(const Vector3d& truth, const Vector3d& guess, double pan_rad, double sigma = kSure) {
+  Status Look(const Vector3d& truth, const Vector3d& guess, double pan_rad, double sigma = kSure,
+              bool doubted = false) {
     now_ += std::chrono::milliseconds(67);
     See(kCell, BaseAt(truth) * Mount(pan_rad), now_, rng_, *cloud_);
-    return localizer_->Step(*cloud_, Mount(pan_rad), Guess(guess, sigma), fix_);
+    return localizer_->Step(*cloud_, Mount(pan_rad), Guess(guess, sigma), doubted, fix_);
   }
 
   Rng rng_{9};
@@ -92,14 +93,14 @@ class ScanLocalizerTest : public testing::Test {
 
 TEST_F(ScanLocalizerTest, TakesTheFirstFrameForGrantedAndFindsItselfInTheNext) {
   EXPECT_EQ(Look(Vector3d::Zero(), Vector3d::Zero(), 0), Status::kUnavailable);
-  EXPECT_FALSE(localizer_->trusted());
+  EXPECT_TRUE(localizer_->added());
   EXPECT_GT(localizer_->map().cells(), 100);
   int ok = 0;
   for (int k = 0; k < 30; ++k) {
     ok += Look(Vector3d::Zero(), Vector3d::Zero(), 0) == Status::kOk;
   }
   EXPECT_GT(ok, 20);
-  EXPECT_TRUE(localizer_->trusted());
+  EXPECT_TRUE(localizer_->added());
   EXPECT_EQ(fix_.stamp, now_);
   EXPECT_LT(fix_.pose.head<2>().norm(), 2e-3);
   EXPECT_EQ(localizer_->counters().scans, 31U);
@@ -142,7 +143,7 @@ TEST_F(ScanLocalizerTest, PlacesASurfaceAtItsLimitOfRangeWhereItIs) {
   const double limit_m = ScanLocalizerConfig{}.range_m;
   for (int k = 0; k < 60; ++k) {
     See(back, Mount(0), now_ += std::chrono::milliseconds(67), rng_, *cloud_);
-    (void)localizer_->Step(*cloud_, Mount(0), {}, fix_);
+    (void)localizer_->Step(*cloud_, Mount(0), {}, false, fix_);
   }
   double sum_m = 0;
   int count = 0;
@@ -168,7 +169,7 @@ TEST_F(ScanLocalizerTest, AFixFarFromItsGuessPlacesNothing) {
   const Vector3d pushed(0.06, 0.02, 0);
   ASSERT_EQ(Look(pushed, Vector3d::Zero(), 0, kSlipped), Status::kOk);
   EXPECT_NEAR(fix_.pose.x(), 0.06, 4e-3);
-  EXPECT_FALSE(localizer_->trusted());
+  EXPECT_FALSE(localizer_->added());
   EXPECT_EQ(localizer_->counters().jumps, 1U);
   EXPECT_EQ(localizer_->map().cells(), cells);
 }
@@ -183,8 +184,34 @@ TEST_F(ScanLocalizerTest, FindsItselfAgain) {
     ASSERT_EQ(Look(slipped, Vector3d::Zero(), 0, kSlipped), Status::kOk) << turn;
     EXPECT_LT((fix_.pose - slipped).head<2>().norm(), 8e-3) << turn;
     EXPECT_NEAR(fix_.pose.z(), turn, 8e-3);
-    EXPECT_FALSE(localizer_->trusted());
+    EXPECT_FALSE(localizer_->added());
   }
+}
+
+/// By a whole spill: the guess is far off and thinks itself sure. In doubt, it is looked for.
+TEST_F(ScanLocalizerTest, AGuessInDoubtIsFoundFromFarAndPlacesNothing) {
+  for (int k = 0; k < 60; ++k) {
+    (void)Look(Vector3d::Zero(), Vector3d::Zero(), 0.4 * std::sin(0.3 * k));
+  }
+  int cells = 0;
+  const std::uint64_t jumps = localizer_->counters().jumps;
+  for (const Vector3d& slipped : {Vector3d(0.06, -0.04, -0.3), Vector3d(-0.1, 0.1, 0.25)}) {
+    const bool near = Look(slipped, Vector3d::Zero(), 0, kSure) == Status::kOk &&
+                      (fix_.pose - slipped).norm() < 0.01;
+    EXPECT_FALSE(near) << "or it is not far";
+    cells = localizer_->map().cells();
+    ASSERT_EQ(Look(slipped, Vector3d::Zero(), 0, kSure, true), Status::kOk);
+    EXPECT_LT((fix_.pose - slipped).head<2>().norm(), 8e-3);
+    EXPECT_NEAR(fix_.pose.z(), slipped.z(), 8e-3);
+    EXPECT_FALSE(localizer_->added());
+  }
+  EXPECT_GT(localizer_->counters().jumps, jumps);
+  // Nor is one that finds itself where it was thought to be, or that sees nothing known.
+  EXPECT_EQ(Look(Vector3d::Zero(), Vector3d::Zero(), 0, kSure, true), Status::kOk);
+  EXPECT_FALSE(localizer_->added());
+  EXPECT_EQ(Look({9, 9, 0}, {9, 9, 0}, 0, kSure, true), Status::kUnavailable);
+  EXPECT_FALSE(localizer_->added());
+  EXPECT_EQ(localizer_->map().cells(), cells);
 }
 
 TEST_F(ScanLocalizerTest, AFrameThatDoesNotFitPlacesNothing) {
@@ -198,7 +225,7 @@ TEST_F(ScanLocalizerTest, AFrameThatDoesNotFitPlacesNothing) {
     cloud_->p_SQ[i] *= 1 + static_cast<float>(rng_.Uniform(-0.1, 0.1));
   }
   const Status status =
-      localizer_->Step(*cloud_, Mount(0), Guess(Vector3d::Zero(), kSlipped), fix_);
+      localizer_->Step(*cloud_, Mount(0), Guess(Vector3d::Zero(), kSlipped), false, fix_);
   EXPECT_TRUE(status == Status::kFault || status == Status::kIterationLimit) << Name(status);
   EXPECT_EQ(localizer_->counters().refused, 1U);
   EXPECT_EQ(localizer_->map().cells(), cells);

@@ -27,7 +27,8 @@ class MissionStates : public testing::Test {
 
   MissionOutput Step(Mission& mission) {
     now_ += kStep;
-    return mission.Step({robot_, progress_, map_, field_, scene_, device_fault_, pose_lost_}, now_);
+    return mission.Step(
+        {robot_, progress_, map_, field_, scene_, device_fault_, pose_doubted_, pose_lost_}, now_);
   }
 
   MissionOutput StepUntil(Mission& mission, MissionState state, int steps = 100) {
@@ -56,6 +57,7 @@ class MissionStates : public testing::Test {
   RobotState robot_;
   GoalProgress progress_;
   bool device_fault_ = false;
+  bool pose_doubted_ = false;
   bool pose_lost_ = false;
   Time now_{};
 };
@@ -208,6 +210,56 @@ TEST_F(MissionStates, APoseThatStaysLostEndsItAndSaysSo) {
   }
   EXPECT_EQ(out.state, MissionState::kFault);
   EXPECT_EQ(out.stop, StopReason::kPoseLost);
+}
+
+TEST_F(MissionStates, APoseInDoubtDropsTheGoalAndANewPlanFollows) {
+  ScatterMap();
+  Mission mission(PaperMission(), map_config_);
+  StepUntil(mission, MissionState::kMove);
+  const std::uint32_t dropped = mission.goal().id;
+  pose_doubted_ = true;
+  MissionOutput out = Step(mission);
+  EXPECT_EQ(out.state, MissionState::kHold);
+  EXPECT_TRUE(out.new_goal);
+  EXPECT_EQ(mission.goal().id, 0U);
+  Answer(mission, GoalState::kReached);  // nobody's
+  for (int i = 0; i < 50; ++i) {
+    out = Step(mission);
+    EXPECT_EQ(out.state, MissionState::kHold);
+    EXPECT_FALSE(out.new_goal);
+  }
+  EXPECT_EQ(out.holds, 1);
+  pose_doubted_ = false;
+  EXPECT_EQ(Step(mission).state, MissionState::kPlan);
+  out = StepUntil(mission, MissionState::kMove);
+  EXPECT_EQ(out.plan_steps, 2);
+  EXPECT_EQ(out.reached, 0);
+  EXPECT_EQ(out.stalls, 0);
+  EXPECT_GT(mission.goal().id, dropped);
+}
+
+TEST_F(MissionStates, ADoubtThatLastsEndsIt) {
+  ScatterMap();
+  MissionConfig config = PaperMission();
+  config.hold_timeout = FromSeconds(3);
+  Mission mission(config, map_config_);
+  StepUntil(mission, MissionState::kMove);
+  pose_doubted_ = true;
+  for (int i = 0; i <= 30; ++i) {
+    EXPECT_EQ(Step(mission).state, MissionState::kHold) << i;
+  }
+  const MissionOutput out = Step(mission);
+  EXPECT_EQ(out.state, MissionState::kFault);
+  EXPECT_EQ(out.stop, StopReason::kPoseLost);
+}
+
+TEST_F(MissionStates, LooksAroundGoOnAfterADoubtAndAStartWaitsForNone) {
+  Mission mission(PaperMission(), map_config_);
+  pose_doubted_ = true;
+  EXPECT_EQ(Step(mission).state, MissionState::kLookAround) << "nothing was placed yet";
+  EXPECT_EQ(Step(mission).state, MissionState::kHold);
+  pose_doubted_ = false;
+  EXPECT_EQ(Step(mission).state, MissionState::kLookAround);
 }
 
 TEST_F(MissionStates, EndsByTimeout) {

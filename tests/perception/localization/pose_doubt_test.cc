@@ -1,0 +1,157 @@
+// SPDX-License-Identifier: MIT
+// When the pose filter doubts its pose, and what ends that.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "perception/localization/pose_filter.h"
+#include "platform/core/rng.h"
+#include "tests/perception/localization/drive.h"
+
+namespace pipewright {
+namespace {
+
+using test::Drive;
+using test::Fine;
+using test::Information;
+using test::PoseOf;
+
+/// A base on its way, and fixes of where it is plus what they lie.
+struct Ride {
+  Status See(const Vector3d& lie, double v_mps = 0.1, double sigma = 1e-3) {
+    for (int k = 0; k < 3; ++k) {  // a frame's time
+      (void)drive.Run(filter, v_mps, 0);
+    }
+    return filter.Correct(
+        {.stamp = drive.now, .pose = drive.truth + lie, .information = Information(sigma, sigma)});
+  }
+  void SeeWell(int fixes, double v_mps = 0.1) {
+    for (int k = 0; k < fixes; ++k) {
+      ASSERT_EQ(See(Vector3d::Zero(), v_mps), Status::kOk);
+    }
+  }
+  Vector3d Error() const { return PoseOf(filter) - drive.truth; }
+
+  PoseFilter filter{Fine()};
+  Drive drive;
+};
+
+TEST(PoseDoubt, OneFixThatLiesStopsTheRobotButDoesNotPullIt) {
+  Ride ride;
+  ride.SeeWell(60);
+  const Mat<3, 3> before = ride.filter.pose().covariance;
+  EXPECT_EQ(ride.See({0.2, -0.1, 0.3}), Status::kInfeasible);
+  EXPECT_TRUE(ride.filter.doubted());
+  EXPECT_LT(ride.Error().norm(), 1e-3);
+  EXPECT_LT(ride.filter.pose().covariance.trace(), 1.2 * before.trace()) << "one is no evidence";
+  ride.SeeWell(PoseFilterConfig{}.agreement - 1, 0);
+  EXPECT_TRUE(ride.filter.doubted());
+  ride.SeeWell(1, 0);
+  EXPECT_FALSE(ride.filter.doubted());
+  EXPECT_EQ(ride.filter.refused(), 1U);
+  EXPECT_EQ(ride.filter.doubts(), 1U);
+  EXPECT_FALSE(ride.filter.lost());
+}
+
+TEST(PoseDoubt, FixesThatLieEachInItsOwnWayNeverPullIt) {
+  Ride ride;
+  Rng rng(5);
+  ride.SeeWell(60);
+  for (int k = 0; k < 200; ++k) {
+    const Vector3d lie(rng.Uniform(-0.25, 0.25), rng.Uniform(-0.25, 0.25), rng.Uniform(-0.4, 0.4));
+    if (lie.cwiseAbs().minCoeff() > 0.05) {
+      EXPECT_EQ(ride.See(lie, 0), Status::kInfeasible);
+    }
+  }
+  EXPECT_GT(ride.filter.refused(), 50U);
+  EXPECT_LT(ride.Error().norm(), 1e-3);
+  EXPECT_TRUE(ride.filter.doubted());
+}
+
+/// The base was pushed, or slid: the fixes are right and the wheels know nothing.
+TEST(PoseDoubt, FixesOfOneOpinionAreBelieved) {
+  for (const Vector3d& push : {Vector3d(0.06, 0, 0), Vector3d(-0.1, 0.15, -0.3)}) {
+    Ride ride;
+    ride.SeeWell(60);
+    for (int k = 1; k < PoseFilterConfig{}.agreement; ++k) {
+      EXPECT_EQ(ride.See(push, 0), Status::kInfeasible) << k;
+      EXPECT_LT(ride.Error().norm(), 1e-3);
+    }
+    EXPECT_EQ(ride.See(push, 0), Status::kOk);
+    EXPECT_LT((ride.Error() - push).norm(), 5e-3);
+    for (int k = 1; k < PoseFilterConfig{}.agreement; ++k) {
+      EXPECT_EQ(ride.See(push, 0), Status::kOk);
+    }
+    EXPECT_FALSE(ride.filter.doubted());
+    EXPECT_FALSE(ride.filter.lost());
+  }
+}
+
+/// They know nothing of x: there the base may have gone as far as it did along y.
+TEST(PoseDoubt, BelievedFixesLeaveItUnsureWhereTheyTellNothing) {
+  Ride ride;
+  ride.SeeWell(60);
+  PoseFix fix{.pose = ride.drive.truth + Vector3d(0, 0.08, 0)};
+  fix.information = Vector3d(0, 1e6, 1e6).asDiagonal();
+  for (int k = 0; k < 2 * PoseFilterConfig{}.agreement; ++k) {
+    (void)ride.drive.Run(ride.filter, 0, 0);
+    fix.stamp = ride.drive.now;
+    (void)ride.filter.Correct(fix);
+  }
+  EXPECT_NEAR(ride.Error().y(), 0.08, 2e-3);
+  EXPECT_NEAR(ride.Error().x(), 0, 1e-3);
+  EXPECT_NEAR(std::sqrt(ride.filter.pose().covariance(0, 0)), 0.08, 0.01);
+  EXPECT_LT(std::sqrt(ride.filter.pose().covariance(1, 1)), 5e-3);
+}
+
+TEST(PoseDoubt, IsNotEndedByFixesTooFarToBeFoundAgain) {
+  const double far_m = PoseFilterConfig{}.lost_m + 0.05;
+  Ride ride;
+  ride.SeeWell(60);
+  for (int k = 0; k < 50; ++k) {
+    EXPECT_EQ(ride.See({far_m, 0, 0}, 0), Status::kInfeasible);
+  }
+  EXPECT_LT(ride.Error().norm(), 1e-3);
+  EXPECT_TRUE(ride.filter.doubted());
+}
+
+TEST(PoseDoubt, ComesOfScansThatFitNowhereOnlyWhenTheyInsist) {
+  Ride ride;
+  ride.SeeWell(60);
+  for (int k = 1; k <= PoseFilterConfig{}.patience; ++k) {
+    EXPECT_FALSE(ride.filter.doubted()) << k;
+    (void)ride.drive.Run(ride.filter, 0.1, 0);
+    EXPECT_EQ(ride.filter.Correct({.stamp = ride.drive.now, .fits = false}), Status::kInfeasible);
+    EXPECT_LT(ride.Error().norm(), 1e-3);
+  }
+  EXPECT_TRUE(ride.filter.doubted());
+  ride.SeeWell(PoseFilterConfig{}.agreement, 0);
+  EXPECT_FALSE(ride.filter.doubted());
+}
+
+/// One wheel on a spill: for a second the base turns by 15 degrees of which no wheel tells. The
+/// fixes are right all the while.
+TEST(PoseDoubt, IsFoundByFixesWhileItSlips) {
+  PoseFilter filter(Fine());
+  Drive drive;
+  double worst_rad = 0;
+  int refused_last = 0;
+  for (int k = 0; k < 450; ++k) {
+    (void)drive.Run(filter, 0.3, 0);
+    drive.truth.z() += 300 <= k && k < 350 ? 15 * M_PI / 180 / 50 : 0;
+    if (k % 3 == 0) {
+      const Status status = filter.Correct(
+          {.stamp = drive.now, .pose = drive.truth, .information = Information(1e-3, 2e-3)});
+      refused_last = status == Status::kOk ? refused_last : k;
+    }
+    worst_rad = std::max(worst_rad, std::abs(PoseOf(filter).z() - drive.truth.z()));
+  }
+  EXPECT_LT(worst_rad, 4 * M_PI / 180);
+  EXPECT_LT(refused_last, 325);
+  EXPECT_LT((PoseOf(filter) - drive.truth).norm(), 5e-3);
+  EXPECT_FALSE(filter.lost());
+}
+
+}  // namespace
+}  // namespace pipewright
