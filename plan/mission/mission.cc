@@ -8,6 +8,11 @@
 #include "plan/cfnbv/proposals.h"
 
 namespace pipewright {
+namespace {
+
+constexpr double kRandomLook_rad = 1;  ///< of each joint, to either side
+
+}  // namespace
 
 MissionConfig DefaultMission() {
   MissionConfig config;
@@ -173,8 +178,10 @@ void Mission::LookStep(const MissionInput& input, Time now) {
     return;
   }
   const MapCounts& counts = input.map.counts();
-  const bool known = counts.free + counts.occupied >= config_.looks_until_known * counts.total;
-  while (!known && next_look_ < config_.looks.size()) {
+  const bool known =
+      !looking_again_ && counts.free + counts.occupied >= config_.looks_until_known * counts.total;
+  const int looks = looking_again_ ? config_.looks_again : config_.looks.size();
+  while (!known && next_look_ < looks) {
     if (NextLook(input, now)) {
       ++out_.looks;
       return;
@@ -183,26 +190,41 @@ void Mission::LookStep(const MissionInput& input, Time now) {
   out_.state = MissionState::kPlan;
 }
 
+ArmVector Mission::RandomLook() {
+  ArmVector look;
+  for (int j = 0; j < kArmJoints; ++j) {
+    look(j) = rng_.Uniform(-kRandomLook_rad, kRandomLook_rad);
+  }
+  return look;
+}
+
 /// Sets the next look as the goal. @returns whether there is a way to it
 bool Mission::NextLook(const MissionInput& input, Time now) {
   constexpr int kHalvings = 2;
-  const ArmVector& look = config_.looks[next_look_++];
+  const Configuration& from = input.robot.q;
+  const Surroundings around{input.field, input.map, input.scene};
+  const ArmVector look = looking_again_ ? RandomLook() : config_.looks[next_look_];
+  ++next_look_;
+  Goal goal;
+  Status found = Status::kInfeasible;
   double share = 1;
-  for (int i = 0; i <= kHalvings; ++i, share /= 2) {
-    Configuration q = input.robot.q;
+  for (int i = 0; i <= kHalvings && found != Status::kOk; ++i, share /= 2) {
+    Configuration q = from;
     q.tail<kArmJoints>() = start_joints_ + share * look;
-    Goal goal;
     double duration_s = 0;
-    const Surroundings around{input.field, input.map, input.scene};
-    if (motion_.Plan(around, input.robot.q, q, rng_, goal.path, &duration_s) == Status::kOk) {
-      const Viewpoint view = ViewpointOf(q);
-      goal.p_WS = view.X_WS.translation();
-      goal.z_WS = view.X_WS.linear().col(2);
-      SetGoal(goal, now);
-      return true;
-    }
+    found = motion_.Plan(around, from, q, rng_, goal.path, &duration_s);
   }
-  return false;
+  if (found != Status::kOk && looking_again_) {
+    found = motion_.Leave(around, from, rng_, goal.path);
+  }
+  if (found != Status::kOk) {
+    return false;
+  }
+  const Viewpoint view = ViewpointOf(goal.path.back());
+  goal.p_WS = view.X_WS.translation();
+  goal.z_WS = view.X_WS.linear().col(2);
+  SetGoal(goal, now);
+  return true;
 }
 
 void Mission::PlanningStep(const MissionInput& input, Time now) {
@@ -222,6 +244,7 @@ void Mission::PlanningStep(const MissionInput& input, Time now) {
   switch (plan.decision) {
     case PlanDecision::kGoal:
       failed_plans_ = 0;
+      looking_again_ = false;
       SetGoal(plan.goal, now);
       out_.state = MissionState::kMove;
       return;
@@ -230,10 +253,23 @@ void Mission::PlanningStep(const MissionInput& input, Time now) {
     case PlanDecision::kNoReachableView:
       settled_at_ = now + config_.settle;
       if (++failed_plans_ >= config_.failed_plans_until_stop) {
-        End(MissionState::kDone, StopReason::kNoReachableView);
+        NoView(input);
       }
       return;
   }
+}
+
+/// What is in the way may be nothing: a wrong reading that the camera, once it looks from
+/// elsewhere, takes back. So some postures about this one are tried.
+void Mission::NoView(const MissionInput& input) {
+  if (looking_again_) {
+    return End(MissionState::kDone, StopReason::kNoReachableView);
+  }
+  looking_again_ = true;
+  failed_plans_ = 0;
+  start_joints_ = input.robot.q.tail<kArmJoints>();
+  next_look_ = 0;
+  out_.state = MissionState::kLookAround;
 }
 
 void Mission::MoveStep(const MissionInput& input, Time now) {

@@ -83,6 +83,7 @@ struct MissionConfig {
   /// Looks to take first: arm joint angles minus those at the start, rad. One without a path is
   /// halved until it has one, at most twice, and else left out.
   FixedVector<ArmVector, kMaxLooks> looks;
+  int looks_again = 8;                       ///< at random, when no view can be reached
   double looks_until_known = 0.0005;         ///< share of W; once so much is known, planning begins
   Duration start_timeout = FromSeconds(10);  ///< for the devices to come up
   Duration device_timeout = FromSeconds(1);  ///< a state that is invalid for so long is a fault
@@ -91,14 +92,14 @@ struct MissionConfig {
   Duration settle = FromSeconds(0.2);        ///< from a goal's end to the plan: a frame or two
   Duration mission_timeout = FromSeconds(3600);
   int stalls_until_stuck = 8;       ///< in a row, with nothing newly seen or covered between
-  int failed_plans_until_stop = 8;  ///< kNoReachableView in a row
+  int failed_plans_until_stop = 8;  ///< kNoReachableView in a row, then again after looks_again
   std::uint64_t seed = 1;
 };
 
 constexpr bool Valid(const MissionConfig& c) {
   return Valid(c.cfnbv) && Valid(c.paper) && c.start_timeout > Duration::zero() &&
          c.device_timeout > Duration::zero() && c.goal_timeout > Duration::zero() &&
-         c.hold_timeout > Duration::zero() && c.looks_until_known >= 0 &&
+         c.hold_timeout > Duration::zero() && c.looks_until_known >= 0 && c.looks_again >= 0 &&
          c.settle >= Duration::zero() && c.mission_timeout > Duration::zero() &&
          c.stalls_until_stuck > 0 && c.failed_plans_until_stop > 0;
 }
@@ -160,8 +161,10 @@ class Mission {
   bool Hold(const MissionInput& input, Time now);
   void StartStep(const MissionInput& input, Time now);
   void LookStep(const MissionInput& input, Time now);
+  ArmVector RandomLook();
   bool NextLook(const MissionInput& input, Time now);
   void PlanningStep(const MissionInput& input, Time now);
+  void NoView(const MissionInput& input);
   void MoveStep(const MissionInput& input, Time now);
   void NoteStall(const MapCounts& counts);
 
@@ -180,6 +183,7 @@ class Mission {
   MissionState held_ = MissionState::kPlan;  ///< what to go on with
   ArmVector start_joints_ = ArmVector::Zero();
   int next_look_ = 0;
+  bool looking_again_ = false;  ///< since no view could be reached
   std::uint32_t last_goal_id_ = 0;
   GoalState last_outcome_ = GoalState::kNone;
   int failed_plans_ = 0;

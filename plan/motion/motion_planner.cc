@@ -70,6 +70,19 @@ Status MotionPlanner::Plan(const Surroundings& around, const Configuration& from
   return Status::kOk;
 }
 
+Status MotionPlanner::Leave(const Surroundings& around, const Configuration& from, Rng& rng,
+                            Path& path) {
+  path.clear();
+  if (!from.allFinite()) {
+    return Status::kOutOfRange;
+  }
+  const CollisionChecker checker(around, config_.collision);
+  if (checker.Free(from) || !Escape(checker, from, rng)) {
+    return Status::kInfeasible;
+  }
+  return AppendEscape(path) && path.push_back(escape_.back().q) ? Status::kOk : Status::kFull;
+}
+
 bool MotionPlanner::Try(const CollisionChecker& checker,
                         std::initializer_list<Configuration> waypoints) {
   way_.assign(waypoints.begin(), waypoints.end());

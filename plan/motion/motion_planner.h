@@ -48,6 +48,10 @@ class MotionPlanner {
   Status Plan(const Surroundings& around, const Configuration& from, const Configuration& to,
               Rng& rng, Path& path, double* duration_s);
 
+  /// Out of the margins by the first way that leads there, wherever that is.
+  /// @returns kOk; kInfeasible: there is none, or the start is free; kOutOfRange; kFull
+  Status Leave(const Surroundings& around, const Configuration& from, Rng& rng, Path& path);
+
   const MotionPlannerConfig& config() const { return config_; }
 
  private:
