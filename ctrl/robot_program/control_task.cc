@@ -93,6 +93,7 @@ PoseReport ControlTask::ReadPose() const {
           .fixes = filter_.fixes(),
           .refused = filter_.refused(),
           .doubts = filter_.doubts(),
+          .slips = filter_.slips(),
           .doubted = config_.scans_correct && filter_.doubted(),
           .lost = filter_.lost()};
 }

@@ -53,6 +53,7 @@ struct PoseReport {
   std::uint64_t fixes = 0;    ///< taken
   std::uint64_t refused = 0;  ///< beyond the gate, or they fit nowhere
   std::uint64_t doubts = 0;   ///< so far
+  std::uint64_t slips = 0;    ///< doubts that ended against the pose
   bool doubted = false;       ///< now: see PoseFilter
   bool lost = false;
 };

@@ -144,6 +144,8 @@ Json RunJson(const InspectionOptions& options, const std::string& scenario,
                          {"fixes", pose.fixes},
                          {"fixes_refused", pose.refused},
                          {"doubts", pose.doubts},
+                         {"slips", pose.slips},
+                         {"surfel_repairs", program.mapping().localizer().counters().repairs},
                          {"depth_noise_1pm", program.mapping().noise().k_1pm()},
                          {"frames_doubted", program.mapping().counters().doubted}};
   run["can"] = {

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <utility>
 
 namespace pipewright {
 namespace {
@@ -190,8 +191,8 @@ Status PoseFilter::Correct(const PoseFix& fix) {
     return Status::kInfeasible;
   }
   const bool has_moved = way_m_ > kHasMoved_m;
-  const double moved = std::min(1.0, way_m_ / kLearningWay_m);
-  way_m_ = 0;
+  const double way_m = std::exchange(way_m_, 0);
+  const double moved = std::min(1.0, way_m / kLearningWay_m);
   Instant then = At(i, fix);
   if (!then.gain.within_gate) {
     dissent_.Add(fix, then.pose, config_.fix);
@@ -201,7 +202,11 @@ Status PoseFilter::Correct(const PoseFix& fix) {
     if (dissent_.count() < config_.agreement || !near) {
       return Status::kInfeasible;
     }
-    Slipped(i, std::clamp(then.surprise, 1.0, kShock));
+    Slipped(i);
+    Startle(i, then.surprise, way_m);
+    then = At(i, fix);
+  } else if (has_moved && then.surprise > kSurprise) {
+    Startle(i, then.surprise, way_m);
     then = At(i, fix);
   } else {
     Learn(moved * (std::min(then.surprise, kSurprise) - 1));
@@ -257,12 +262,22 @@ void PoseFilter::Learn(double surplus) {
 }
 
 /// The fixes are right: the base has slipped by their offset before moment i.
-void PoseFilter::Slipped(int i, double factor) {
+void PoseFilter::Slipped(int i) {
+  ++slips_;
   const Vector3d& y = dissent_.offset();
   const double way2 = y.head<2>().squaredNorm();
   moments_[i].P.diagonal().head<3>() += Vector3d(way2, way2, Squared(y.z()));
+}
+
+/// A surprise that chance does not bring: the floor is that much more slippery at once, and was on
+/// the way to moment i since the last fix, in all directions.
+void PoseFilter::Startle(int i, double surprise, double way_m) {
+  const double factor = std::clamp(surprise, 1.0, kShock);
   slip_squared_ =
       std::clamp(slip_squared_ * factor, Squared(config_.slip_least), Squared(config_.slip_most));
+  const double way_var = slip_squared_ * Squared(config_.slip.m) * way_m;
+  const double turn_var = slip_squared_ * Squared(config_.slip.rad_per_m) * way_m;
+  moments_[i].P.diagonal().head<3>() += Vector3d(way_var, way_var, turn_var);
   TellOdometry();
 }
 

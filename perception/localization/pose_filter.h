@@ -66,6 +66,10 @@ constexpr bool Valid(const PoseFilterConfig& c) {
 ///
 ///   ln f² += learning (y' S⁻¹ M S⁻¹ y / tr(S⁻¹ M) - 1)     after some way, and in bounds
 ///
+/// Where the ratio is what chance does not bring, the wheel is on something else now: f² is
+/// multiplied by it at once, and P gets the slip's variances, with the new f, of the way since the
+/// last fix, in the directions as well that this fix tells nothing of.
+///
 /// A fix beyond the gate is refused: it does not move the pose, and puts it in doubt if the base
 /// has moved: that it slipped is as likely as a false fix. So do some refused fixes in a row; a
 /// scan that fits nowhere is one, too. While doubted() the robot is to stand, and the next fixes
@@ -73,7 +77,7 @@ constexpr bool Valid(const PoseFilterConfig& c) {
 /// that agree with one another (Dissent) are believed. Then the base has slipped by their offset y,
 /// and as far in the directions of which they tell nothing: with e the length of (y_x, y_y),
 ///
-///   P += diag(e², e², y_phi²),   f² *= the ratio above, at most kShock
+///   P += diag(e², e², y_phi²),   f and P likewise
 ///
 /// Offsets beyond what lost() allows are not found again: the robot stops.
 ///
@@ -115,6 +119,8 @@ class PoseFilter {
   std::uint64_t fixes() const { return fixes_; }
   std::uint64_t refused() const { return refused_; }
   std::uint64_t doubts() const { return doubts_; }
+  /// Doubts that ended against the pose.
+  std::uint64_t slips() const { return slips_; }
 
  private:
   struct Moment {
@@ -143,7 +149,8 @@ class PoseFilter {
   void Learn(double surplus);
   void TellOdometry();
   void Doubt(bool moved);
-  void Slipped(int i, double factor);
+  void Slipped(int i);
+  void Startle(int i, double surprise, double way_m);
   void Agree();
   Instant At(int i, const PoseFix& fix) const;
   void Take(int i, const PoseFix& fix, const Instant& then);
@@ -164,6 +171,7 @@ class PoseFilter {
   std::uint64_t fixes_ = 0;
   std::uint64_t refused_ = 0;
   std::uint64_t doubts_ = 0;
+  std::uint64_t slips_ = 0;
 };
 
 }  // namespace pipewright

@@ -45,6 +45,24 @@ float ScanLocalizer::Sigma(const Eigen::Vector3f& p_SQ) const {
   return static_cast<float>(config_.range_noise_1pm) * p_SQ.z() * p_SQ.norm();
 }
 
+/// Forgets the surfels that points of the scan, taken from there, do not lie on.
+void ScanLocalizer::Repair(std::span<const ScanPoint> scan, const Isometry3d& X_WS) {
+  ++counters_.repairs;
+  for (const ScanPoint& point : scan) {
+    const Vector3d p_WQ = X_WS * point.p_SQ.cast<double>();
+    const Surfel* surfel = map_.Find(p_WQ);
+    if (surfel == nullptr || surfel->n_W.dot(X_WS.linear() * point.n_S.cast<double>()) <
+                                 config_.registration.alike_cosine) {
+      continue;
+    }
+    const Misfit misfit =
+        MisfitOf(*surfel, point.sigma_m, p_WQ, X_WS.translation(), config_.registration.model_m);
+    if (misfit.r_m * misfit.r_m > kInlierSigmas * kInlierSigmas * misfit.var_m2) {
+      map_.Forget(p_WQ);
+    }
+  }
+}
+
 /// phi at 1 m.
 double ScanLocalizer::Reach(const Mat<3, 3>& covariance) const {
   return std::clamp(config_.reach_least_m + config_.reach_sigmas * std::sqrt(covariance.trace()),
@@ -162,6 +180,13 @@ Status ScanLocalizer::Step(const Cloud& cloud, const Isometry3d& X_BS, const Bas
     added_ = true;
   } else {
     ++counters_.refused;
+  }
+  const bool nearly =
+      doubted && status == Status::kFault && figures_.inlier_share >= config_.misfit_least;
+  misfits_ = nearly ? misfits_ + 1 : 0;
+  if (misfits_ >= config_.misfits) {
+    misfits_ = 0;
+    Repair(scan, BaseAt(figures_.pose) * X_BS);
   }
   added_ = added_ && !doubted;
   if (added_) {

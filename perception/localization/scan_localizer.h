@@ -30,8 +30,10 @@ struct ScanLocalizerConfig {
   double reach_sigmas = 2;
   double reach_least_m = 3e-3;
   double reach_most_m = 0.15;
-  FixNoiseConfig fix{};  ///< as the pose filter's
-  double jump_m = 0.05;  ///< a frame so far from the guess adds no surfel
+  FixNoiseConfig fix{};       ///< as the pose filter's
+  int misfits = 20;           ///< frames in a row, in doubt, before surfels are forgotten
+  double misfit_least = 0.6;  ///< share of the points that are inliers, at least
+  double jump_m = 0.05;       ///< a frame so far from the guess adds no surfel
   double jump_rad = 0.05;
 };
 
@@ -41,6 +43,7 @@ struct ScanLocalizerCounters {
   std::uint64_t unknown = 0;  ///< too little of it is on known surfaces, or that tells nothing
   std::uint64_t refused = 0;  ///< it did not settle, or does not fit
   std::uint64_t jumps = 0;    ///< fixes far from the guess, or beyond the gate
+  std::uint64_t repairs = 0;  ///< times that what most of a frame contradicted was forgotten
 };
 
 /// Finds the base by each depth frame among the surfaces that the frames before it showed, and adds
@@ -54,6 +57,9 @@ struct ScanLocalizerCounters {
 /// guess has it; one that does not fit, jumps, or is beyond the gate, not at all; nor is any while
 /// the guess is in doubt. Then it is found in a wider space, too (BestStart), and the fix is of
 /// what more points are on.
+///
+/// A reference may be wrong, too: what was added while the base slipped unseen. Where frame after
+/// frame in doubt fits in part only, the surfels that contradict them are forgotten.
 class ScanLocalizer {
  public:
   static constexpr int kScanPoints = 1024;
@@ -88,6 +94,7 @@ class ScanLocalizer {
   void MarkUsable(const Cloud& cloud);
   int Select(const Cloud& cloud);
   void Extend(const Cloud& cloud, const Isometry3d& X_WS);
+  void Repair(std::span<const ScanPoint> scan, const Isometry3d& X_WS);
   double Reach(const Mat<3, 3>& covariance) const;
   Status Find(std::span<const ScanPoint> scan, const Isometry3d& X_BS, const BasePose& guess,
               bool doubted, PoseFix& fix);
@@ -104,6 +111,7 @@ class ScanLocalizer {
   Vector3d pose_ = Vector3d::Zero();
   Placement placed_;  ///< of pose_
   bool added_ = false;
+  int misfits_ = 0;  ///< in a row
 };
 
 }  // namespace pipewright

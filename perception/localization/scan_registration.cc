@@ -10,7 +10,6 @@
 namespace pipewright {
 namespace {
 
-constexpr double kKernel = 3;  ///< sigmas, of the robust weight
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kSettled_m = 5e-4;  ///< the kernel's reach at which steps may end
 
@@ -53,12 +52,12 @@ NormalEquations Linearise(const SurfelMap& map, const PipeLandmarks& pipes,
     ++sum.associated;
     const double placed_m2 = surfel->placed.at_1m();
     const double worse_m2 = std::max(0.0, placed_m2 - best_placed_m2);
-    if (r * r < kKernel * kKernel * (var + worse_m2)) {
+    if (r * r < kInlierSigmas * kInlierSigmas * (var + worse_m2)) {
       ++sum.inliers;
       sum.chi2 += r * r / (var + worse_m2);
     }
     const double wide_var = var + reach_m * reach_m;
-    const double robust = 1 / (1 + r * r / (kKernel * kKernel * wide_var));
+    const double robust = 1 / (1 + r * r / (kInlierSigmas * kInlierSigmas * wide_var));
     const double w = robust * robust / (wide_var + worse_m2);
     Mat<3, 3> B = Mat<3, 3>::Identity();
     B.row(2) << pose.y() - p_WQ.y(), p_WQ.x() - pose.x(), 0;
@@ -159,6 +158,7 @@ Status Register(const SurfelMap& map, const PipeLandmarks& pipes, std::span<cons
     reach_m = reach_m > kSettled_m ? reach_m / 2 : 0;
   }
   sum = Linearise(map, pipes, scan, X_BS, pose, 0, sum.best_placed_m2, config);
+  figures.pose = pose;
   figures.associated = sum.associated;
   figures.inliers = sum.inliers;
   figures.inlier_share = sum.associated > 0 ? 1.0 * sum.inliers / sum.associated : 0;

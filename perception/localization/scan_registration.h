@@ -53,6 +53,7 @@ constexpr bool Valid(const RegistrationConfig& c) {
 }
 
 struct RegistrationFigures {
+  Vector3d pose = Vector3d::Zero();  ///< where it ended, fit or not
   int iterations = 0;
   int associated = 0;
   int inliers = 0;
@@ -70,6 +71,9 @@ struct Misfit {
 
 Misfit MisfitOf(const Surfel& surfel, float sigma_m, const Vector3d& p_WQ, const Vector3d& p_WS,
                 double model_m);
+
+/// Kernel of what counts as an inlier: sigmas of MisfitOf().
+inline constexpr double kInlierSigmas = 3;
 
 /// X_WB of a base at (x, y, phi).
 Isometry3d BaseAt(const Vector3d& pose);

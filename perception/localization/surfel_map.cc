@@ -187,25 +187,38 @@ void SurfelMap::ForEachBeside(const Key& key, const Visit& visit) const {
   }
 }
 
-const Surfel* SurfelMap::Find(const Vector3d& p_WQ) const {
+const SurfelMap::Cell* SurfelMap::FindCell(const Vector3d& p_WQ) const {
   Key key;
   if (!KeyOf(p_WQ, key)) {
     return nullptr;
   }
   const Cell* own = At(key);
   if (own != nullptr && own->has_surfel) {
-    return &own->surfel;
+    return own;
   }
-  const Surfel* nearest = nullptr;
+  const Cell* nearest = nullptr;
   double least_m2 = std::numeric_limits<double>::infinity();
   ForEachBeside(key, [&](const Cell& cell) {
     const double d2 = (cell.surfel.p_W - p_WQ).squaredNorm();
     if (cell.has_surfel && d2 < least_m2) {
       least_m2 = d2;
-      nearest = &cell.surfel;
+      nearest = &cell;
     }
   });
   return nearest;
+}
+
+const Surfel* SurfelMap::Find(const Vector3d& p_WQ) const {
+  const Cell* cell = FindCell(p_WQ);
+  return cell != nullptr ? &cell->surfel : nullptr;
+}
+
+void SurfelMap::Forget(const Vector3d& p_WQ) {
+  if (const Cell* cell = FindCell(p_WQ); cell != nullptr) {
+    Cell& held = slots_[Slot(cell->key)];
+    held.moments = {};
+    held.has_surfel = false;
+  }
 }
 
 int SurfelMap::Loose(const Vector3d& p_WQ) const {

@@ -67,6 +67,9 @@ class SurfelMap {
   Status Add(const Vector3d& p_WQ, double sigma_m, const Vector3d& p_WS,
              const Placement& placed = {});
 
+  /// The cell whose surfel Find() gives there is as one that nobody has seen.
+  void Forget(const Vector3d& p_WQ);
+
   /// The surfel of the point's cell, else the nearest of the six cells beside it; null: none.
   const Surfel* Find(const Vector3d& p_WQ) const;
   /// How far beside a surface its surfels are found on either side of it; farther, perhaps on one.
@@ -105,6 +108,7 @@ class SurfelMap {
   bool KeyOf(const Vector3d& p_WQ, Key& key) const;
   int Slot(const Key& key) const;
   const Cell* At(const Key& key) const;
+  const Cell* FindCell(const Vector3d& p_WQ) const;
   template <typename Visit>
   void ForEachBeside(const Key& key, const Visit& visit) const;
   void Fit(Cell& cell, const Vector3d& p_WS) const;

@@ -51,6 +51,7 @@ TEST(PoseDoubt, OneFixThatLiesStopsTheRobotButDoesNotPullIt) {
   EXPECT_FALSE(ride.filter.doubted());
   EXPECT_EQ(ride.filter.refused(), 1U);
   EXPECT_EQ(ride.filter.doubts(), 1U);
+  EXPECT_EQ(ride.filter.slips(), 0U);
   EXPECT_FALSE(ride.filter.lost());
 }
 
@@ -84,6 +85,7 @@ TEST(PoseDoubt, FixesOfOneOpinionAreBelieved) {
       EXPECT_EQ(ride.See(push, 0), Status::kOk);
     }
     EXPECT_FALSE(ride.filter.doubted());
+    EXPECT_EQ(ride.filter.slips(), 1U);
     EXPECT_FALSE(ride.filter.lost());
   }
 }
@@ -103,6 +105,32 @@ TEST(PoseDoubt, BelievedFixesLeaveItUnsureWhereTheyTellNothing) {
   EXPECT_NEAR(ride.Error().x(), 0, 1e-3);
   EXPECT_NEAR(std::sqrt(ride.filter.pose().covariance(0, 0)), 0.08, 0.01);
   EXPECT_LT(std::sqrt(ride.filter.pose().covariance(1, 1)), 5e-3);
+}
+
+/// A wheel on something wet, too little for the gate: heading tells, the way along the wall does
+/// not, and the pose gets unsure there, too.
+TEST(PoseDoubt, ASurpriseInOneDirectionMakesItUnsureInAll) {
+  Ride ride;
+  ride.SeeWell(60);
+  PoseFix fix;
+  fix.information = Vector3d(0, 1e6, 1e6).asDiagonal();
+  const auto see = [&](double turned_rad) {
+    for (int k = 0; k < 3; ++k) {
+      (void)ride.drive.Run(ride.filter, 0.3, 0);
+    }
+    ride.drive.truth.z() += turned_rad;
+    fix.stamp = ride.drive.now;
+    fix.pose = ride.drive.truth;
+    return ride.filter.Correct(fix);
+  };
+  const double slip = ride.filter.slip();
+  const double before = ride.filter.pose().covariance(0, 0);
+  ASSERT_EQ(see(0), Status::kOk);
+  const double usual = ride.filter.pose().covariance(0, 0) - before;
+  ASSERT_EQ(see(0.008), Status::kOk);
+  EXPECT_FALSE(ride.filter.doubted());
+  EXPECT_GT(ride.filter.slip(), 2 * slip);
+  EXPECT_GT(ride.filter.pose().covariance(0, 0) - before - usual, 3 * usual);
 }
 
 TEST(PoseDoubt, IsNotEndedByFixesTooFarToBeFoundAgain) {

@@ -116,6 +116,29 @@ TEST(SurfelMap, IsBegunAnewWhereItIsPlacedBetter) {
   EXPECT_NEAR(map->Find({1.51, 0.02, 0.52})->p_W.x(), 1.51, 1e-3);
 }
 
+TEST(SurfelMap, ForgetsACell) {
+  const auto map = std::make_unique<SurfelMap>();
+  Rng rng(7);
+  const auto see = [&] {
+    for (int i = 0; i < 4000; ++i) {
+      const Vector3d p(1.02 + 1e-3 * rng.Normal(), rng.Uniform(-0.3, 0.3), rng.Uniform(0, 0.6));
+      ASSERT_EQ(map->Add(p, 1e-3, Vector3d::Zero()), Status::kOk);
+    }
+  };
+  const Vector3d on_wall(1.02, 0.02, 0.32);
+  see();
+  const int cells = map->cells();
+  const Vector3d own = map->Find(on_wall)->p_W;
+  map->Forget(on_wall);
+  const Surfel* beside = map->Find(on_wall);
+  ASSERT_NE(beside, nullptr);
+  EXPECT_GT((beside->p_W - own).norm(), 0.02) << "a neighbour's";
+  EXPECT_EQ(map->cells(), cells) << "its room is kept";
+  map->Forget({50, 0, 0});
+  see();
+  EXPECT_LT((map->Find(on_wall)->p_W - own).norm(), 0.01);
+}
+
 TEST(SurfelMap, RefusesWhatIsNoPointAndWhatItHasNoRoomFor) {
   const auto map = std::make_unique<SurfelMap>();
   const double nan = std::numeric_limits<double>::quiet_NaN();
