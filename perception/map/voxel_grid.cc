@@ -57,6 +57,7 @@ VoxelGrid::VoxelGrid(const MapConfig& config)
   const auto voxels = static_cast<std::size_t>(voxel_count());
   top_.assign(static_cast<std::size_t>(BricksOfBox(config)), -1);
   block_revisions_.resize(top_.size());
+  probed_near_.resize(top_.size());
   bricks_.resize(static_cast<std::size_t>(std::min(config.brick_capacity, BricksOfBox(config))));
   free_bricks_.resize(bricks_.size());
   std::iota(free_bricks_.rbegin(), free_bricks_.rend(), 0);
@@ -174,7 +175,11 @@ void VoxelGrid::Become(int index, const VoxelIndex& v, bool occupied) {
   if ((from & kKnown) == 0) {
     SetFlag(index, false);  // it was "residual"
   }
-  Touch(v);
+  const int block = BrickOf(v);
+  Touch(block);
+  if (!occupied && probed_near_[block] != 0) {
+    ForgetProbedInTheOpen(v);
+  }
 }
 
 void VoxelGrid::CountChange(unsigned from, unsigned to, bool flag) {
@@ -194,9 +199,9 @@ std::int64_t VoxelGrid::MemoryBytes() const {
   const auto bytes = [](const auto& v) {
     return static_cast<std::int64_t>(v.capacity() * sizeof(v[0]));
   };
-  return bytes(top_) + bytes(block_revisions_) + bytes(bricks_) + bytes(free_bricks_) +
-         bytes(codes_) + bytes(flags_) + bytes(solid_) + window_.MemoryBytes() + bytes(ends_) +
-         bytes(entropy_table_);
+  return bytes(top_) + bytes(block_revisions_) + bytes(probed_near_) + bytes(bricks_) +
+         bytes(free_bricks_) + bytes(codes_) + bytes(flags_) + bytes(solid_) +
+         window_.MemoryBytes() + bytes(ends_) + bytes(entropy_table_);
 }
 
 }  // namespace pipewright

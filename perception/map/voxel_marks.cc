@@ -2,11 +2,19 @@
 // What is marked in the map beside what its rays tell: swept, covered, residual.
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 
 #include "perception/map/ray_walk.h"
 
 namespace pipewright {
 namespace {
+
+/// Bits [bit, bit + count) of a plane, count <= 9; the plane has a byte to spare.
+unsigned BitsAt(const void* plane, int bit, int count) {
+  std::uint16_t bits = 0;
+  std::memcpy(&bits, static_cast<const unsigned char*>(plane) + (bit >> 3), sizeof bits);
+  return (bits >> (bit & 7)) & ((1U << count) - 1);
+}
 
 double SquaredDistanceToBox(const Vector3d& p, const Vector3d& center, double half_width) {
   return ((p - center).cwiseAbs().array() - half_width).max(0.0).matrix().squaredNorm();
@@ -25,7 +33,7 @@ void VoxelGrid::MarkSweptSphere(const Vector3d& center_W, double radius_m) {
         if (Code(index) == 0 && SquaredDistanceToBox(center_W, Center({x, y, z}),
                                                      config_.width_m / 2) <= radius_m * radius_m) {
           SetCode(index, kSweptCode);
-          Touch({x, y, z});
+          Touch(BrickOf({x, y, z}));
         }
       }
     }
@@ -43,8 +51,9 @@ int VoxelGrid::MarkCovered(const Vector3d& p_WP, double radius_m) {
     for (int y = std::max(lo.y, w_lo.y); y <= std::min(hi.y, w_hi.y); ++y) {
       for (int x = std::max(lo.x, w_lo.x); x <= std::min(hi.x, w_hi.x); ++x) {
         const int index = IndexOf({x, y, z});
-        if (KnownAt(index) && !Flag(index) && Sees(p_WP, radius_m, {x, y, z})) {
-          SetFlag(index, true);
+        if (KnownAt(index) && !Flag(index) && !InTheOpen({x, y, z}) &&
+            Sees(p_WP, radius_m, {x, y, z})) {
+          SetProbed(index, {x, y, z});
           covered += OccupiedAt(index) ? 1 : 0;
         }
       }
@@ -94,6 +103,54 @@ bool VoxelGrid::Sees(const Vector3d& p_WP, const Vector3d& p_WQ, const VoxelInde
     }
   }
   return true;
+}
+
+bool VoxelGrid::InTheOpen(const VoxelIndex& v) const {
+  constexpr unsigned kThreeFree = kKnown | kKnown << 2 | kKnown << 4;
+  const VoxelIndex& lo = config_.lo;
+  const VoxelIndex& hi = config_.hi;
+  if (!Within(v, {lo.x + 1, lo.y + 1, lo.z + 1}, {hi.x - 1, hi.y - 1, hi.z - 1})) {
+    return false;
+  }
+  const int before = IndexOf(v) - 1;
+  for (const int row : {0, -nx_, nx_}) {
+    for (const int layer : {0, -nx_ * ny_, nx_ * ny_}) {
+      if (BitsAt(codes_.data(), 2 * (before + row + layer), 6) != kThreeFree) {
+        return false;
+      }
+    }
+  }
+  return true;
+}
+
+void VoxelGrid::SetProbed(int index, const VoxelIndex& v) {
+  SetFlag(index, true);
+  const VoxelIndex& lo = config_.lo;
+  const VoxelIndex& hi = config_.hi;
+  for (const int z : {std::max(v.z - 1, lo.z), std::min(v.z + 1, hi.z)}) {
+    for (const int y : {std::max(v.y - 1, lo.y), std::min(v.y + 1, hi.y)}) {
+      for (const int x : {std::max(v.x - 1, lo.x), std::min(v.x + 1, hi.x)}) {
+        probed_near_[BrickOf({x, y, z})] = 1;
+      }
+    }
+  }
+}
+
+// What has come to be in the open by that this one turned free.
+void VoxelGrid::ForgetProbedInTheOpen(const VoxelIndex& around) {
+  const VoxelIndex& lo = config_.lo;  // whose outermost voxels are never in the open
+  const VoxelIndex& hi = config_.hi;
+  for (int z = std::max(around.z - 1, lo.z + 1); z <= std::min(around.z + 1, hi.z - 1); ++z) {
+    for (int y = std::max(around.y - 1, lo.y + 1); y <= std::min(around.y + 1, hi.y - 1); ++y) {
+      const int index = IndexOf({around.x - 1, y, z});
+      for (unsigned left = BitsAt(flags_.data(), index, 3); left != 0; left &= left - 1) {
+        const int i = __builtin_ctz(left);
+        if (InTheOpen({around.x - 1 + i, y, z})) {
+          SetFlag(index + i, false);
+        }
+      }
+    }
+  }
 }
 
 void VoxelGrid::SetResidual(const VoxelIndex& v, bool residual) {

@@ -100,6 +100,8 @@ void VoxelGrid::Shift(const VoxelIndex& bricks) {
   constexpr int kBytes = sizeof(top_[0]);
   MoveRows({bricks_x_ * kBytes, bricks_y_, nz_ / kSide, bricks.x * kBytes, bricks.y, bricks.z},
            0xFF, top_.data());  // -1: no brick
+  MoveRows({bricks_x_, bricks_y_, nz_ / kSide, bricks.x, bricks.y, bricks.z}, 1,
+           probed_near_.data());  // what enters may lie beside what stays
   for (VoxelIndex* corner :
        {&config_.lo, &config_.hi, &config_.workspace_lo, &config_.workspace_hi}) {
     Add(by, corner);

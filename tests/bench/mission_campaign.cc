@@ -92,6 +92,8 @@ void Campaign::Start(Mission mission) {
   posix_spawnattr_init(&attributes);
   posix_spawnattr_setsigmask(&attributes, &none);
   posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETPGROUP);
+  std::error_code ignored;
+  fs::remove(mission.folder / "run.json", ignored);  // an earlier campaign's says nothing of this
   pid_t pid = 0;
   const int error =
       posix_spawn(&pid, program.c_str(), &files, &attributes, arguments.data(), environ);

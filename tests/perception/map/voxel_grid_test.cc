@@ -123,7 +123,7 @@ TEST(VoxelGrid, AVoxelThatTurnsFreeIsNoLongerCovered) {
   while (grid.State(v) == VoxelState::kFree) {
     Hit(&grid, v);
   }
-  EXPECT_TRUE(grid.Covered(v)) << "the probe was there, whatever the map thought";
+  EXPECT_TRUE(grid.Covered(v)) << "the probe was there, and what is around is not known";
   ExpectCountsAreTrue(grid);
 }
 

@@ -173,6 +173,25 @@ TEST(VoxelWindow, KeepsAllMarksOfWhatStaysAndNothingOfWhatEnters) {
   }
 }
 
+TEST(VoxelWindow, WhatWasProbedAtItsEdgeIsForgottenWhenWhatEntersIsFreeAllAround) {
+  VoxelGrid grid(Window());
+  const VoxelIndex v{grid.config().hi.x, 0, 0};
+  const auto set_all = [&](float log_odds) {
+    for (int i = 0; i < grid.voxel_count(); ++i) {
+      ASSERT_TRUE(grid.Restore(grid.VoxelAt(i), log_odds));
+    }
+  };
+  set_all(-1);
+  grid.MarkCovered(grid.Center(v), 0.01);
+  grid.Move({3, 1, 0}, [](const BrickVoxels& brick) { EXPECT_TRUE(brick.probed.none()); });
+  grid.Restore(v, 1);
+  EXPECT_TRUE(grid.Covered(v)) << "beyond it all is unknown";
+  set_all(-1);
+  grid.Restore(v, 1);
+  EXPECT_FALSE(grid.Covered(v));
+  ExpectCountsAreTrue(grid);
+}
+
 TEST(VoxelWindow, BricksOfItsPastAreFreeForItsFuture) {
   MapConfig config = Window();
   config.brick_capacity = 4;
