@@ -56,7 +56,7 @@ std::string LogReader::Begin(const std::string& name, const LogOptions& options)
       name);
 }
 
-std::span<const LogFrame> LogReader::Next() {
+std::span<LogFrame> LogReader::Next() {
   LogInput in{window_, channels_, problems_};
   const std::size_t frames = format_ ? format_->Fill(in, block_) : 0;
   if (frames < block_.size() && !source_.error().empty()) {

@@ -40,7 +40,7 @@ class LogReader {
   std::string Open(std::FILE* file, const std::string& name, const LogOptions& options);
 
   /// The next frames in the order of the log; none: its end. Valid until the next call.
-  std::span<const LogFrame> Next();
+  std::span<LogFrame> Next();
 
   const LogProblems& problems() const { return problems_; }
   const char* format() const { return format_ ? format_->name() : "empty"; }

@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: MIT
+#include "hil/cli/canlog_command.h"
+
+#include <fmt/format.h>
+
+#include <cstdio>
+#include <memory>
+
+#include "hil/cli/canlog_input.h"
+#include "hil/cli/canlog_stats.h"
+
+namespace pipewright::hil {
+namespace {
+
+using Work = int (*)(LogSet&, const CanlogOptions&);
+
+int Run(const CanlogOptions& options, Work work) {
+  CanlogInput input;
+  if (const std::string error = input.Open(options); !error.empty()) {
+    fmt::print(stderr, "pipewright: {}\n", error);
+    return kCanlogBadInput;
+  }
+  return work(input.log(), options);
+}
+
+void AddCommonOptions(CLI::App& command, CanlogOptions& options) {
+  command.add_option("FILE", options.files,
+                     "logs, read one after the other as parts of one; - is standard input");
+  command.add_option("--id", options.ids,
+                     "only frames with these ids, hex: 211, a range 180-1FF, an id and a mask\n"
+                     "180/780, several apart by commas; `error`: error messages. Up to 3 digits\n"
+                     "mean 11-bit ids, more mean 29-bit ones");
+  command.add_option("--from", options.from,
+                     "only frames from then on: seconds from the log's first frame, or behind an\n"
+                     "@ seconds of its own clock");
+  command.add_option("--to", options.to, "only frames up to then, likewise");
+  command.add_flag("--deltas", options.deltas,
+                   "the times of a candump log are those between frames, as candump -t d writes;\n"
+                   "without this, taken so when many stamps are below the one before");
+  command
+      .add_option("--bitrate", options.bitrate,
+                  "bit/s of every channel, for its load; stuff bits are counted as they are")
+      ->check(CLI::Range(1e3, 1e8));
+  command.add_flag("--json", options.json, "print one object, and nothing else, on stdout");
+}
+
+}  // namespace
+
+void AddCanlog(CLI::App& app, int* exit_code) {
+  CLI::App* command = app.add_subcommand("canlog", "Look into a CAN log: figures of its frames");
+  const auto options = std::make_shared<CanlogOptions>();
+  const auto work = std::make_shared<Work>(CanlogStats);
+  AddCommonOptions(*command, *options);
+  command->require_subcommand(0, 1);
+  const auto add = [&](const char* name, const char* what, Work does) {
+    CLI::App* const sub = command->add_subcommand(name, what);
+    sub->fallthrough();  // options and files may stand behind the word, too
+    sub->callback([work, does] { *work = does; });
+    return sub;
+  };
+  add("stats",
+      "of all, each channel and each id: frames, rate, periods and their jitter, bytes,\n"
+      "first and last time, load. Without any of these words, this",
+      CanlogStats);
+  command->final_callback([options, exit_code, work] {
+    if (options->files.empty()) {  // not CLI11's required(): it would take the word for a file
+      throw CLI::RequiredError("FILE");
+    }
+    *exit_code = Run(*options, *work);
+  });
+  command->footer(
+      "A log is candump -L, what candump prints (also with -t a, -t A, -t z, -t d, -a, -e, -x),\n"
+      "Vector ASC, pcap or pcapng of SocketCAN; plain, gz or zstd: its first bytes tell. It may "
+      "be\n"
+      "of any length: memory does not grow with it. Times of ASC count from the measurement's\n"
+      "start. A line or packet that makes no sense is passed over and told on standard error.\n"
+      "Exit code: 0 done; 1 a part of the log makes no sense, or it ends within a record; 2 the\n"
+      "input is bad.\n"
+      "Examples: pipewright canlog run/can.log --bitrate 500000\n"
+      "          candump -L can0 | pipewright canlog - --json");
+}
+
+}  // namespace pipewright::hil

@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "hil/canlog/log_set.h"
+
+namespace pipewright::hil {
+
+/// What all of `pipewright canlog` can be asked.
+struct CanlogOptions {
+  std::vector<std::string> files;
+  std::vector<std::string> ids;
+  std::string from;
+  std::string to;
+  bool deltas = false;
+  bool json = false;
+  bool csv = false;
+  double bitrate = 0;  ///< bit/s; 0: not given
+};
+
+/// The frames of the files that are wanted, with a progress bar on standard error where that is a
+/// terminal and the files' sizes are known.
+class CanlogInput {
+ public:
+  /// @returns an error in words, or nothing
+  std::string Open(const CanlogOptions& options);
+  LogSet& log() { return *log_; }
+
+ private:
+  std::unique_ptr<LogSet> log_;
+};
+
+/// Exit codes of the command.
+inline constexpr int kCanlogOk = 0;
+inline constexpr int kCanlogFailed = 1;
+inline constexpr int kCanlogBadInput = 2;
+
+/// Says on standard error what of the log could not be read. @returns the exit code for that
+int TellProblems(const LogSet& log);
+
+/// "files" of every object: what was read, and what could not be.
+nlohmann::ordered_json FilesJson(const LogSet& log);
+/// One line a file, for people.
+std::string FilesText(const LogSet& log);
+
+/// Prints `text`. @returns the exit code: a failure if standard output takes no more
+int Print(const std::string& text);
+/// A file's or channel's name may be any bytes; JSON takes UTF-8 only.
+std::string Dump(const nlohmann::ordered_json& object);
+
+/// An id as people write it: 3 hex digits, 8 of a 29-bit one.
+std::string IdText(std::uint32_t id, bool extended, bool error);
+
+}  // namespace pipewright::hil
