@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <memory>
 
+#include "hil/cli/canlog_decode.h"
 #include "hil/cli/canlog_input.h"
 #include "hil/cli/canlog_stats.h"
 
@@ -17,8 +18,7 @@ using Work = int (*)(LogSet&, const CanlogOptions&);
 int Run(const CanlogOptions& options, Work work) {
   CanlogInput input;
   if (const std::string error = input.Open(options); !error.empty()) {
-    fmt::print(stderr, "pipewright: {}\n", error);
-    return kCanlogBadInput;
+    return Refuse(error);
   }
   return work(input.log(), options);
 }
@@ -41,6 +41,18 @@ void AddCommonOptions(CLI::App& command, CanlogOptions& options) {
       .add_option("--bitrate", options.bitrate,
                   "bit/s of every channel, for its load; stuff bits are counted as they are")
       ->check(CLI::Range(1e3, 1e8));
+  command
+      .add_option("--signal", options.signals,
+                  "only these signals of `decode` and `export`, several apart by commas: a frame\n"
+                  "(base_state), a signal (battery), or a path (tpdo1_joint_feedback/3/position);\n"
+                  "* stands for any characters")
+      ->delimiter(',');
+  command
+      .add_option("--modes", options.modes,
+                  "what base_state's control modes mean: by the\n"
+                  "vendor's sdk, or by the manual of the tracer1, tracer2 or mini")
+      ->check(CLI::IsMember({"sdk", "tracer1", "tracer2", "mini"}))
+      ->capture_default_str();
   command.add_flag("--json", options.json, "print one object, and nothing else, on stdout");
 }
 
@@ -62,6 +74,11 @@ void AddCanlog(CLI::App& app, int* exit_code) {
       "of all, each channel and each id: frames, rate, periods and their jitter, bytes,\n"
       "first and last time, load. Without any of these words, this",
       CanlogStats);
+  add("decode",
+      "every frame of the base and of the arm by the names of its signals, in their units,\n"
+      "states by their names",
+      CanlogDecode)
+      ->add_flag("--csv", options->csv, "one line a signal, for other programs");
   command->final_callback([options, exit_code, work] {
     if (options->files.empty()) {  // not CLI11's required(): it would take the word for a file
       throw CLI::RequiredError("FILE");

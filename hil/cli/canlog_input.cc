@@ -64,8 +64,7 @@ std::string CanlogInput::Open(const CanlogOptions& options) {
 
 int TellProblems(const LogSet& log) {
   if (!log.error().empty()) {
-    fmt::print(stderr, "pipewright: {}\n", log.error());
-    return kCanlogBadInput;
+    return Refuse(log.error());
   }
   for (const FileRead& file : log.files()) {
     const LogProblems& problems = file.problems;
@@ -110,10 +109,19 @@ std::string FilesText(const LogSet& log) {
   return text;
 }
 
+int Refuse(const std::string& why) {
+  fmt::print(stderr, "pipewright: {}\n", why);
+  return kCanlogBadInput;
+}
+
+int OutputFailed() {
+  fmt::print(stderr, "pipewright: standard output took no more\n");
+  return kCanlogFailed;
+}
+
 int Print(const std::string& text) {
   if (std::fwrite(text.data(), 1, text.size(), stdout) < text.size() || std::fflush(stdout) != 0) {
-    fmt::print(stderr, "pipewright: standard output took no more\n");
-    return kCanlogFailed;
+    return OutputFailed();
   }
   return kCanlogOk;
 }

@@ -19,6 +19,8 @@ struct CanlogOptions {
   bool json = false;
   bool csv = false;
   double bitrate = 0;  ///< bit/s; 0: not given
+  std::vector<std::string> signals;
+  std::string modes = "sdk";  ///< ControlModesNamed
 };
 
 /// The frames of the files that are wanted, with a progress bar on standard error where that is a
@@ -45,6 +47,11 @@ int TellProblems(const LogSet& log);
 nlohmann::ordered_json FilesJson(const LogSet& log);
 /// One line a file, for people.
 std::string FilesText(const LogSet& log);
+
+/// Says why on standard error. @returns the exit code for bad input, for standard output taking no
+/// more
+int Refuse(const std::string& why);
+int OutputFailed();
 
 /// Prints `text`. @returns the exit code: a failure if standard output takes no more
 int Print(const std::string& text);

@@ -106,5 +106,57 @@ TEST(CanlogCommand, RefusesBadInputWithTwo) {
   }
 }
 
+const std::string kSdkClient = std::string(PIPEWRIGHT_TEST_DATA) + "/can/tracer_sdk_client.log";
+
+TEST(CanlogDecode, PrintsFramesInWordsAsCsvAndAsJson) {
+  const fs::path folder = TestFolder();
+  const std::string file = "'" + kSdkClient + "' decode ";
+  EXPECT_EQ(Canlog(file + "--id 111", folder).out,
+            "1795305000.020000  vcan0   111  base_twist_command       v=0.5 m/s; omega=0 rad/s\n"
+            "1795305000.040000  vcan0   111  base_twist_command       v=0.5 m/s; omega=-0.3 "
+            "rad/s\n");
+  EXPECT_EQ(Canlog(file + "--csv --signal omega,mode", folder).out,
+            "t_s,channel,id,frame,node,signal,value,unit,name\n"
+            "1795305000.000000,vcan0,421,base_mode_request,0,mode,1,,\"CAN\"\n"
+            "1795305000.020000,vcan0,111,base_twist_command,0,omega,0,rad/s,\n"
+            "1795305000.040000,vcan0,111,base_twist_command,0,omega,-0.3,rad/s,\n");
+  const json run = Parsed(Canlog(file + "--json", folder));
+  ASSERT_EQ(run["frames"].size(), 4U);
+  EXPECT_EQ(run["frames"][0], json({{"t_s", 1795305000.0},
+                                    {"channel", "vcan0"},
+                                    {"id", "421"},
+                                    {"frame", "base_mode_request"},
+                                    {"signals", {{"mode", "CAN"}}}}));
+  EXPECT_EQ(run["frames"][3]["signals"]["front_percent"], 40);
+  EXPECT_EQ(run["counts"]["decoded"], 4);
+  EXPECT_EQ(run["files"][0]["frames"], 4);
+}
+
+TEST(CanlogDecode, SaysWhatItCouldNotDecode) {
+  const fs::path folder = TestFolder();
+  WriteFile(folder / "a.log",
+            "(1.000000) can0 211#00\n(2.000000) can0 123#\n(3.000000) can0 421#09\n"
+            "(4.000000) can0 20000040#0000000000000000\n");
+  const CommandResult text = Canlog("a.log decode", folder);
+  EXPECT_EQ(text.exit_code, 0);
+  EXPECT_EQ(text.out,
+            "1.000000  can0    211  base_state              ? 1 bytes: wrong length\n"
+            "3.000000  can0    421  base_mode_request       ? 1 bytes: a signal is outside its "
+            "limits\n"
+            "4.000000  can0    error 40  bus off\n");
+  EXPECT_NE(text.error.find("frames decoded: 0; with an id"), std::string::npos) << text.error;
+  const json run = Parsed(Canlog("a.log decode --json", folder));
+  EXPECT_EQ(run["frames"][0]["wrong"], "wrong length");
+  EXPECT_EQ(run["frames"][2]["error"], "bus off");
+  EXPECT_EQ(run["counts"]["wrong_length"], 1);
+  EXPECT_EQ(run["counts"]["out_of_range"], 1);
+}
+
+TEST(CanlogDecode, RefusesASignalThatThereIsNot) {
+  const CommandResult result = Canlog("'" + kSdkClient + "' decode --signal speeed", TestFolder());
+  EXPECT_EQ(result.exit_code, 2);
+  EXPECT_NE(result.error.find("--signal speeed: means no signal"), std::string::npos);
+}
+
 }  // namespace
 }  // namespace pipewright::hil
