@@ -3,20 +3,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <tuple>
 
 #include "platform/can/bits.h"
 
 namespace pipewright::hil {
-namespace {
-
-constexpr std::size_t kSlots = 4 * LogStats::kMostIds;
-constexpr std::uint64_t kGolden = 0x9E3779B97F4A7C15;
-constexpr int kSlotShift = 64 - 18;
-static_assert(kSlots == std::size_t{1} << (64 - kSlotShift));
-
-}  // namespace
-
 double PeriodStats::deviation_s() const {
   return count_ > 1 ? 1e-9 * std::sqrt(squares_ / static_cast<double>(count_ - 1)) : 0;
 }
@@ -55,27 +45,7 @@ std::optional<double> FrameStats::load(double bits_per_s, const FrameStats& chan
   return static_cast<double>(bits) / (bits_per_s * channel.span_s());
 }
 
-LogStats::LogStats(bool count_bits) : count_bits_(count_bits), slots_(kSlots) {}
-
-FrameStats* LogStats::Find(const LogFrame& frame) {
-  const std::uint64_t key = std::uint64_t{frame.channel} << 32 | (frame.error ? 1U << 30 : 0) |
-                            (frame.extended ? 1U << 31 : 0) | frame.id;
-  for (std::size_t slot = key * kGolden >> kSlotShift;; slot = (slot + 1) % kSlots) {
-    if (slots_[slot] == 0) {
-      if (ids_.size() == kMostIds) {
-        return nullptr;
-      }
-      ids_.push_back({frame.channel, frame.id, frame.extended, frame.error, {}});
-      slots_[slot] = static_cast<std::uint32_t>(ids_.size());
-      return &ids_.back().stats;
-    }
-    IdStats& id = ids_[slots_[slot] - 1];
-    if (id.id == frame.id && id.channel == frame.channel && id.extended == frame.extended &&
-        id.error == frame.error) {
-      return &id.stats;
-    }
-  }
-}
+LogStats::LogStats(bool count_bits) : count_bits_(count_bits) {}
 
 void LogStats::Add(std::span<const LogFrame> frames) {
   for (const LogFrame& frame : frames) {
@@ -87,7 +57,7 @@ void LogStats::Add(std::span<const LogFrame> frames) {
       channels_.resize(frame.channel + std::size_t{1});
     }
     channels_[frame.channel].Add(frame, bits);
-    FrameStats* const id = Find(frame);
+    FrameStats* const id = ids_.Find(KeyOf(frame));
     if (id != nullptr) {
       id->Add(frame, bits);
     } else {
@@ -96,13 +66,10 @@ void LogStats::Add(std::span<const LogFrame> frames) {
   }
 }
 
-std::vector<IdStats> LogStats::Sorted() const {
-  std::vector<IdStats> sorted = ids_;
-  const auto key = [](const IdStats& s) {
-    return std::tuple(s.channel, s.error, s.extended, s.id);
-  };
+std::vector<LogStats::IdStats> LogStats::Sorted() const {
+  std::vector<IdStats> sorted = ids_.entries();
   std::sort(sorted.begin(), sorted.end(),
-            [&key](const IdStats& a, const IdStats& b) { return key(a) < key(b); });
+            [](const IdStats& a, const IdStats& b) { return a.key < b.key; });
   return sorted;
 }
 

@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "hil/canlog/id_table.h"
 #include "hil/canlog/log_frame.h"
 
 namespace pipewright::hil {
@@ -61,19 +62,12 @@ struct FrameStats {
   std::optional<double> load(double bits_per_s, const FrameStats& channel) const;
 };
 
-struct IdStats {
-  std::uint8_t channel = 0;
-  std::uint32_t id = 0;
-  bool extended = false;
-  bool error = false;
-  FrameStats stats;
-};
-
-/// Statistics of a log, in memory that its ids and not its length take: at most kMostIds of them,
-/// what is beyond is counted.
+/// Statistics of a log, in memory that its ids and not its length take: of at most kMostIds, what
+/// is beyond is counted.
 class LogStats {
  public:
-  static constexpr std::size_t kMostIds = 65536;
+  using IdStats = IdTable<FrameStats>::Entry;
+  static constexpr std::size_t kMostIds = IdTable<FrameStats>::kMost;
 
   /// @param count_bits  sum up the bits on the wire, stuff bits included
   explicit LogStats(bool count_bits);
@@ -88,13 +82,10 @@ class LogStats {
   std::uint64_t frames_beyond() const { return beyond_; }  ///< of ids for which there was no room
 
  private:
-  FrameStats* Find(const LogFrame& frame);
-
   bool count_bits_;
   FrameStats all_;
   std::vector<FrameStats> channels_;
-  std::vector<IdStats> ids_;
-  std::vector<std::uint32_t> slots_;  ///< open addressing: index into ids_ plus 1, 0 free
+  IdTable<FrameStats> ids_;
   std::uint64_t beyond_ = 0;
 };
 

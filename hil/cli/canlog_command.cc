@@ -7,6 +7,7 @@
 #include <memory>
 
 #include "hil/cli/canlog_decode.h"
+#include "hil/cli/canlog_gaps.h"
 #include "hil/cli/canlog_input.h"
 #include "hil/cli/canlog_stats.h"
 
@@ -79,6 +80,16 @@ void AddCanlog(CLI::App& app, int* exit_code) {
       "states by their names",
       CanlogDecode)
       ->add_flag("--csv", options->csv, "one line a signal, for other programs");
+  CLI::App* const gaps =
+      add("gaps",
+          "what should not be: silence of periodic ids, duplicates, counts that jump, the base's\n"
+          "command watchdog run out, heartbeats lost, EMCY and error messages, SDOs unanswered",
+          CanlogGaps);
+  gaps->add_option("--factor", options->gap_factor, "a gap is longer than so many periods")
+      ->check(CLI::Range(1.0, 1e6))
+      ->capture_default_str();
+  gaps->add_option("--most", options->most, "findings of each kind to print; all are counted")
+      ->capture_default_str();
   command->final_callback([options, exit_code, work] {
     if (options->files.empty()) {  // not CLI11's required(): it would take the word for a file
       throw CLI::RequiredError("FILE");
@@ -91,8 +102,8 @@ void AddCanlog(CLI::App& app, int* exit_code) {
       "be\n"
       "of any length: memory does not grow with it. Times of ASC count from the measurement's\n"
       "start. A line or packet that makes no sense is passed over and told on standard error.\n"
-      "Exit code: 0 done; 1 a part of the log makes no sense, or it ends within a record; 2 the\n"
-      "input is bad.\n"
+      "Exit code: 0 done; 1 a part of the log makes no sense, it ends within a record, or `gaps`\n"
+      "found something; 2 the input is bad.\n"
       "Examples: pipewright canlog run/can.log --bitrate 500000\n"
       "          candump -L can0 | pipewright canlog - --json");
 }

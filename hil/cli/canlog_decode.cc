@@ -90,9 +90,8 @@ class Writer {
   }
 
   void Text(const LogFrame& frame, const DecodedFrame& decoded, Status status) {
-    AppendStamp(out_.buffer(), frame);
-    out_.Print("  {:<6}  {}  ", log_.channels().Name(frame.channel),
-               IdText(frame.id, frame.extended, frame.error));
+    out_.Put(frame.stamped ? StampText(frame.stamp_ns) : "");
+    out_.Print("  {:<6}  {}  ", log_.channels().Name(frame.channel), IdText(KeyOf(frame)));
     if (frame.error) {
       AppendErrorMessage(out_.buffer(), frame);
       out_.Put("\n");
@@ -126,9 +125,8 @@ class Writer {
   }
 
   void CsvHead(const LogFrame& frame) {
-    AppendStamp(out_.buffer(), frame);
-    out_.Print(",{},{},", CsvCell(log_.channels().Name(frame.channel)),
-               IdText(frame.id, frame.extended, frame.error));
+    out_.Put(frame.stamped ? StampText(frame.stamp_ns) : "");
+    out_.Print(",{},{},", CsvCell(log_.channels().Name(frame.channel)), IdText(KeyOf(frame)));
   }
 
   void Csv(const LogFrame& frame, const DecodedFrame& decoded) {
@@ -157,13 +155,9 @@ class Writer {
   void Json(const LogFrame& frame, const DecodedFrame& decoded, Status status) {
     out_.Put(first_ ? "{\"t_s\":" : ",{\"t_s\":");
     first_ = false;
-    if (frame.stamped) {
-      AppendStamp(out_.buffer(), frame);
-    } else {
-      out_.Put("null");
-    }
+    out_.Put(frame.stamped ? StampText(frame.stamp_ns) : "null");
     out_.Print(",\"channel\":{},\"id\":\"{}\"", JsonText(log_.channels().Name(frame.channel)),
-               IdText(frame.id, frame.extended, frame.error));
+               IdText(KeyOf(frame)));
     if (frame.error) {
       out_.Put(",\"error\":\"");
       AppendErrorMessage(out_.buffer(), frame);

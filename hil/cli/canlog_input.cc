@@ -7,6 +7,8 @@
 #include <chrono>
 #include <cstdio>
 
+#include "hil/canlog/frame_rows.h"
+
 namespace pipewright::hil {
 namespace {
 
@@ -130,10 +132,27 @@ std::string Dump(const nlohmann::ordered_json& object) {
   return object.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
 }
 
-std::string IdText(std::uint32_t id, bool extended, bool error) {
-  return error      ? fmt::format("error {:X}", id)
-         : extended ? fmt::format("{:08X}", id)
-                    : fmt::format("{:03X}", id);
+std::string IdText(const IdKey& id) {
+  return id.error      ? fmt::format("error {:X}", id.id)
+         : id.extended ? fmt::format("{:08X}", id.id)
+                       : fmt::format("{:03X}", id.id);
+}
+
+std::string FrameName(const IdKey& id) {
+  const int row = RowOf(id.id, id.extended, id.error);
+  if (row < 0) {
+    return "";
+  }
+  const can::FrameHead& head = kLogHeads[static_cast<std::size_t>(row)];
+  const int node = can::NodeOf(head, id.id);
+  return node > 0 ? fmt::format("{} {}", head.name, node) : std::string(head.name);
+}
+
+std::string StampText(std::int64_t ns) {
+  const std::int64_t seconds = ns / 1'000'000'000;
+  const std::int64_t rest = ns % 1'000'000'000;
+  return rest % 1000 == 0 ? fmt::format("{}.{:06}", seconds, rest / 1000)
+                          : fmt::format("{}.{:09}", seconds, rest);
 }
 
 }  // namespace pipewright::hil

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "hil/canlog/id_table.h"
 #include "hil/canlog/log_set.h"
 
 namespace pipewright::hil {
@@ -20,6 +21,9 @@ struct CanlogOptions {
   bool csv = false;
   double bitrate = 0;  ///< bit/s; 0: not given
   std::vector<std::string> signals;
+  double gap_factor = 3;
+  std::uint64_t most = 100;  ///< lines of each kind of finding
+  double window_s = 1;
   std::string modes = "sdk";  ///< ControlModesNamed
 };
 
@@ -59,6 +63,10 @@ int Print(const std::string& text);
 std::string Dump(const nlohmann::ordered_json& object);
 
 /// An id as people write it: 3 hex digits, 8 of a 29-bit one.
-std::string IdText(std::uint32_t id, bool extended, bool error);
+std::string IdText(const IdKey& id);
+/// "tpdo1_joint_feedback 3"; empty: neither the base nor the arm has the id.
+std::string FrameName(const IdKey& id);
+/// Seconds of the log's clock: microseconds, or nanoseconds where there are any.
+std::string StampText(std::int64_t ns);
 
 }  // namespace pipewright::hil

@@ -50,19 +50,6 @@ const ControlModes& ControlModesNamed(std::string_view name) {
                              : can::kModesSdk;
 }
 
-void AppendStamp(fmt::memory_buffer& to, const LogFrame& frame) {
-  if (!frame.stamped) {
-    return;
-  }
-  const std::int64_t seconds = frame.stamp_ns / 1'000'000'000;
-  const std::int64_t rest = frame.stamp_ns % 1'000'000'000;
-  if (rest % 1000 == 0) {
-    fmt::format_to(std::back_inserter(to), "{}.{:06}", seconds, rest / 1000);
-  } else {
-    fmt::format_to(std::back_inserter(to), "{}.{:09}", seconds, rest);
-  }
-}
-
 void AppendValue(fmt::memory_buffer& to, double value) {
   fmt::format_to(std::back_inserter(to), "{:.10g}", value);
 }

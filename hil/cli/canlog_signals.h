@@ -37,8 +37,6 @@ class SignalChoice {
 /// The control modes that --modes names.
 const ControlModes& ControlModesNamed(std::string_view name);
 
-/// Seconds of the log's clock: microseconds, or nanoseconds where there are any. No time: nothing.
-void AppendStamp(fmt::memory_buffer& to, const LogFrame& frame);
 /// As many digits as 32 bits on the wire have, and no more: 25.9, not 25.900000000000002.
 void AppendValue(fmt::memory_buffer& to, double value);
 /// A channel's name as a cell of CSV, and as text of JSON.

@@ -6,8 +6,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "hil/canlog/frame_rows.h"
-
 namespace pipewright::hil {
 namespace {
 
@@ -16,16 +14,6 @@ using Json = nlohmann::ordered_json;
 constexpr double kMsPerS = 1e3;
 
 Json OrNull(std::optional<double> value) { return value ? Json(*value) : Json(nullptr); }
-
-std::string NameOf(const IdStats& id) {
-  const int row = RowOf(id.id, id.extended, id.error);
-  if (row < 0) {
-    return "";
-  }
-  const can::FrameHead& head = kLogHeads[static_cast<std::size_t>(row)];
-  const int node = can::NodeOf(head, id.id);
-  return node > 0 ? fmt::format("{} {}", head.name, node) : std::string(head.name);
-}
 
 /// @param channel  that of the frames; null: those of several
 Json StatsJson(const FrameStats& s, const FrameStats* channel, const CanlogOptions& options) {
@@ -64,11 +52,10 @@ Json AllJson(const LogSet& log, const LogStats& stats, const CanlogOptions& opti
     }
   }
   Json ids = Json::array();
-  for (const IdStats& id : stats.Sorted()) {
-    Json one = {{"channel", log.channels().Name(id.channel)},
-                {"id", IdText(id.id, id.extended, id.error)},
-                {"name", NameOf(id)}};
-    one.update(StatsJson(id.stats, &stats.channels()[id.channel], options));
+  for (const auto& [id, its] : stats.Sorted()) {
+    Json one = {
+        {"channel", log.channels().Name(id.channel)}, {"id", IdText(id)}, {"name", FrameName(id)}};
+    one.update(StatsJson(its, &stats.channels()[id.channel], options));
     ids.push_back(std::move(one));
   }
   return {{"files", FilesJson(log)},
@@ -139,9 +126,9 @@ std::string Table(const LogSet& log, const LogStats& stats, const CanlogOptions&
     text += fmt::format("{:<8} {:<10} {:<24} {}\n", channel, id, name,
                         Figures(s, of, all.first_ns, options));
   };
-  for (const IdStats& id : stats.Sorted()) {
-    line(log.channels().Name(id.channel), IdText(id.id, id.extended, id.error), NameOf(id),
-         id.stats, &stats.channels()[id.channel]);
+  for (const auto& [id, its] : stats.Sorted()) {
+    line(log.channels().Name(id.channel), IdText(id), FrameName(id), its,
+         &stats.channels()[id.channel]);
   }
   for (std::size_t i = 0; i < stats.channels().size(); ++i) {
     if (stats.channels()[i].frames > 0) {

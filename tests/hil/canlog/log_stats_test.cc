@@ -6,7 +6,6 @@
 
 #include <cmath>
 #include <map>
-#include <tuple>
 
 #include "platform/can/bits.h"
 #include "tests/support/can_logs.h"
@@ -15,10 +14,6 @@ namespace pipewright::hil {
 namespace {
 
 using namespace test;
-using Key = std::tuple<int, bool, bool, std::uint32_t>;
-
-Key KeyOf(const LogFrame& f) { return {f.channel, f.error, f.extended, f.id}; }
-
 /// All kinds, some without a time, some back in time, on three channels.
 std::vector<LogFrame> Awkward(int count, std::uint64_t seed) {
   Rng rng(seed);
@@ -91,7 +86,7 @@ TEST(LogStats, AreThoseOfBruteForce) {
     LogStats stats(/*count_bits=*/true);
     stats.Add(std::span(frames).first(777));
     stats.Add(std::span(frames).subspan(777));
-    std::map<Key, std::vector<LogFrame>> by_id;
+    std::map<IdKey, std::vector<LogFrame>> by_id;
     std::map<int, std::vector<LogFrame>> by_channel;
     for (const LogFrame& frame : frames) {
       by_id[KeyOf(frame)].push_back(frame);
@@ -101,13 +96,13 @@ TEST(LogStats, AreThoseOfBruteForce) {
     for (const auto& [channel, its_frames] : by_channel) {
       ExpectStats(stats.channels()[static_cast<std::size_t>(channel)], its_frames);
     }
-    const std::vector<IdStats> sorted = stats.Sorted();
+    const std::vector<LogStats::IdStats> sorted = stats.Sorted();
     ASSERT_EQ(sorted.size(), by_id.size());
     std::size_t i = 0;
     for (const auto& [key, its_frames] : by_id) {
-      const IdStats& id = sorted[i++];
-      EXPECT_EQ(Key(id.channel, id.error, id.extended, id.id), key);
-      ExpectStats(id.stats, its_frames);
+      const LogStats::IdStats& id = sorted[i++];
+      EXPECT_EQ(id.key, key);
+      ExpectStats(id.value, its_frames);
     }
   }
 }

@@ -158,5 +158,30 @@ TEST(CanlogDecode, RefusesASignalThatThereIsNot) {
   EXPECT_NE(result.error.find("--signal speeed: means no signal"), std::string::npos);
 }
 
+TEST(CanlogGaps, TellsWhatShouldNotBeAndExitsWithOne) {
+  const fs::path folder = TestFolder();
+  const CommandResult text = Canlog("'" + kStartup + "' gaps", folder);
+  EXPECT_EQ(text.exit_code, 1);
+  EXPECT_EQ(text.out,
+            "1795305883.549384  vcan1   081       emergency 1              emergency        EMCY: "
+            "heartbeat lost (0x8130)\n"
+            "1795305883.812333  vcan1   080       sync                     gap              silent "
+            "for 0.485277 s, expected every 0.010000 s\n"
+            "1795305883.812333  vcan1   201       rpdo1_joint_command 1    gap              silent "
+            "for 0.493988 s, expected every 0.010000 s\n"
+            "\n"
+            "gap                      2\n"
+            "emergency                1\n");
+  const json run = Parsed(Canlog("'" + kStartup + "' gaps --json --most 1", folder), 1);
+  EXPECT_EQ(run["findings"].size(), 2U);  // of two kinds
+  EXPECT_EQ(run["findings"][1]["kind"], "gap");
+  EXPECT_EQ(run["findings"][1]["seconds"], 0.485277);
+  EXPECT_EQ(run["counts"]["gap"], 2);
+  EXPECT_EQ(run["counts"]["command_expired"], 0);
+  const CommandResult none = Canlog("'" + kSdkClient + "' gaps", folder);
+  EXPECT_EQ(none.exit_code, 0);
+  EXPECT_EQ(none.out, "nothing found\n");
+}
+
 }  // namespace
 }  // namespace pipewright::hil
