@@ -7,14 +7,19 @@
 #include <memory>
 
 #include "hil/cli/canlog_decode.h"
+#include "hil/cli/canlog_diff.h"
 #include "hil/cli/canlog_gaps.h"
 #include "hil/cli/canlog_input.h"
+#include "hil/cli/canlog_load.h"
 #include "hil/cli/canlog_stats.h"
 
 namespace pipewright::hil {
 namespace {
 
 using Work = int (*)(LogSet&, const CanlogOptions&);
+
+/// Reads two logs of its own.
+int Diff(LogSet&, const CanlogOptions& options) { return CanlogDiff(options); }
 
 int Run(const CanlogOptions& options, Work work) {
   CanlogInput input;
@@ -90,6 +95,16 @@ void AddCanlog(CLI::App& app, int* exit_code) {
       ->capture_default_str();
   gaps->add_option("--most", options->most, "findings of each kind to print; all are counted")
       ->capture_default_str();
+  CLI::App* const load =
+      add("load", "the load of each channel over time, and its peak", CanlogLoad);
+  load->add_option("--window", options->window_s, "length of a window, s")
+      ->check(CLI::Range(1e-3, 1e6))
+      ->capture_default_str();
+  load->add_flag("--csv", options->csv, "one line a window, for other programs");
+  add("diff",
+      "of two logs: where the frames of each id first differ, in their own order and on whatever\n"
+      "channel; and how their times do",
+      Diff);
   command->final_callback([options, exit_code, work] {
     if (options->files.empty()) {  // not CLI11's required(): it would take the word for a file
       throw CLI::RequiredError("FILE");
@@ -102,8 +117,8 @@ void AddCanlog(CLI::App& app, int* exit_code) {
       "be\n"
       "of any length: memory does not grow with it. Times of ASC count from the measurement's\n"
       "start. A line or packet that makes no sense is passed over and told on standard error.\n"
-      "Exit code: 0 done; 1 a part of the log makes no sense, it ends within a record, or `gaps`\n"
-      "found something; 2 the input is bad.\n"
+      "Exit code: 0 done; 1 a part of the log makes no sense, it ends within a record, `gaps`\n"
+      "found something, or `diff` a difference in more than time; 2 the input is bad.\n"
       "Examples: pipewright canlog run/can.log --bitrate 500000\n"
       "          candump -L can0 | pipewright canlog - --json");
 }

@@ -70,7 +70,7 @@ class Writer {
           "],\"counts\":{{\"decoded\":{},\"no_row\":{},\"wrong_length\":{},\"out_of_range\":"
           "{}}},\"files\":{}}}\n",
           counts_.decoded, counts_.no_row, counts_.wrong_length, counts_.out_of_range,
-          FilesJson(log_).dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace));
+          FilesJsonText(log_));
     }
     return out_.Flush();
   }

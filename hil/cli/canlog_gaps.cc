@@ -109,9 +109,8 @@ class Printer {
       }
     }
     if (options_.json) {
-      out_.Print(
-          "}},\"frames_beyond_ids\":{},\"files\":{}}}\n", watch.not_watched(),
-          FilesJson(log_).dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace));
+      out_.Print("}},\"frames_beyond_ids\":{},\"files\":{}}}\n", watch.not_watched(),
+                 FilesJsonText(log_));
     } else if (found() == 0) {
       out_.Put("nothing found\n");
     }

@@ -101,6 +101,10 @@ nlohmann::ordered_json FilesJson(const LogSet& log) {
   return files;
 }
 
+std::string FilesJsonText(const LogSet& log) {
+  return FilesJson(log).dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
+}
+
 std::string FilesText(const LogSet& log) {
   std::string text;
   for (const FileRead& file : log.files()) {

@@ -34,6 +34,7 @@ class CanlogInput {
   /// @returns an error in words, or nothing
   std::string Open(const CanlogOptions& options);
   LogSet& log() { return *log_; }
+  const LogSet& log() const { return *log_; }
 
  private:
   std::unique_ptr<LogSet> log_;
@@ -49,6 +50,7 @@ int TellProblems(const LogSet& log);
 
 /// "files" of every object: what was read, and what could not be.
 nlohmann::ordered_json FilesJson(const LogSet& log);
+std::string FilesJsonText(const LogSet& log);
 /// One line a file, for people.
 std::string FilesText(const LogSet& log);
 

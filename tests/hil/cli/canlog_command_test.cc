@@ -2,6 +2,8 @@
 // `pipewright canlog` as a person types it. That logs are read right is tested in tests/hil/canlog.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "tests/support/can_logs.h"
 #include "tests/support/command_json.h"
 
@@ -181,6 +183,59 @@ TEST(CanlogGaps, TellsWhatShouldNotBeAndExitsWithOne) {
   const CommandResult none = Canlog("'" + kSdkClient + "' gaps", folder);
   EXPECT_EQ(none.exit_code, 0);
   EXPECT_EQ(none.out, "nothing found\n");
+}
+
+TEST(CanlogLoad, PrintsTheLoadOfEachWindow) {
+  const fs::path folder = TestFolder();
+  const std::string file = "'" + kStartup + "' load --bitrate 1000000 --window 1 ";
+  const CommandResult csv = Canlog(file + "--csv", folder);
+  EXPECT_EQ(csv.exit_code, 0);
+  EXPECT_TRUE(csv.out.starts_with("t_s,channel,frames,load_percent\n1795305881.460729,vcan1,"))
+      << csv.out;
+  EXPECT_EQ(std::count(csv.out.begin(), csv.out.end(), '\n'), 4);
+  const json run = Parsed(Canlog(file + "--json", folder));
+  ASSERT_EQ(run["windows"].size(), 3U);
+  int frames = 0;
+  double most = 0;
+  for (const json& window : run["windows"]) {
+    frames += window["frames"].get<int>();
+    most = std::max(most, window["load"].get<double>());
+  }
+  EXPECT_EQ(frames, 147);
+  EXPECT_EQ(run["peaks"][0]["load"], most);
+  EXPECT_NE(Canlog(file, folder).out.find("vcan1    peak"), std::string::npos);
+}
+
+TEST(CanlogDiff, SaysWhereTwoLogsPart) {
+  const fs::path folder = TestFolder();
+  const std::vector<LogFrame> frames = RandomFrames(500, 9);
+  std::vector<LogFrame> others = frames;
+  others[300].data[0] = static_cast<std::uint8_t>(others[300].data[0] ^ 1);
+  others[300].length = frames[300].length == 0 ? 1 : frames[300].length;
+  WriteFile(folder / "a.log", CandumpLog(frames));
+  WriteFile(folder / "a.pcap.gz", Gz(Pcap(frames, true, false)));
+  WriteFile(folder / "b.asc", AscText(others));
+  const CommandResult same = Canlog("diff a.log a.pcap.gz", folder);
+  EXPECT_EQ(same.exit_code, 0);
+  EXPECT_NE(same.out.find("the same frames, id by id"), std::string::npos);
+  const CommandResult text = Canlog("diff a.log b.asc", folder);
+  EXPECT_EQ(text.exit_code, 1);
+  const json run = Parsed(Canlog("diff a.log b.asc --json", folder), 1);
+  EXPECT_EQ(run["same"], false);
+  int differing = 0;
+  for (const json& id : run["ids"]) {
+    differing += id["first_difference"].is_null() ? 0 : 1;
+    if (!id["first_difference"].is_null()) {
+      EXPECT_EQ(run["parts_first"], id["id"]);
+      EXPECT_NE(text.out.find("they part first with " + id["id"].get<std::string>()),
+                std::string::npos);
+    }
+  }
+  EXPECT_EQ(differing, 1);
+  EXPECT_EQ(run["files"].size(), 2U);
+  const CommandResult one = Canlog("diff a.log", folder);
+  EXPECT_EQ(one.exit_code, 2);
+  EXPECT_NE(one.error.find("diff: 1 files given; it takes two"), std::string::npos);
 }
 
 }  // namespace
