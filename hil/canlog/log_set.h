@@ -28,6 +28,7 @@ class LogSet {
   /// Called as reading goes on, with bytes of the files read and in all (0: not known).
   using Progress = std::function<void(std::uint64_t, std::uint64_t)>;
 
+  LogSet() = default;
   LogSet(std::vector<std::string> paths, const LogOptions& options, const FrameFilter& filter);
 
   void set_progress(Progress progress) { progress_ = std::move(progress); }

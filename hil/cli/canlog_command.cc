@@ -8,6 +8,7 @@
 
 #include "hil/cli/canlog_decode.h"
 #include "hil/cli/canlog_diff.h"
+#include "hil/cli/canlog_export.h"
 #include "hil/cli/canlog_gaps.h"
 #include "hil/cli/canlog_input.h"
 #include "hil/cli/canlog_load.h"
@@ -32,10 +33,12 @@ int Run(const CanlogOptions& options, Work work) {
 void AddCommonOptions(CLI::App& command, CanlogOptions& options) {
   command.add_option("FILE", options.files,
                      "logs, read one after the other as parts of one; - is standard input");
-  command.add_option("--id", options.ids,
-                     "only frames with these ids, hex: 211, a range 180-1FF, an id and a mask\n"
-                     "180/780, several apart by commas; `error`: error messages. Up to 3 digits\n"
-                     "mean 11-bit ids, more mean 29-bit ones");
+  command
+      .add_option("--id", options.ids,
+                  "only frames with these ids, hex: 211, a range 180-1FF, an id and a mask\n"
+                  "180/780, several apart by commas; `error`: error messages. Up to 3 digits\n"
+                  "mean 11-bit ids, more mean 29-bit ones")
+      ->allow_extra_args(false);  // the next word may be a file
   command.add_option("--from", options.from,
                      "only frames from then on: seconds from the log's first frame, or behind an\n"
                      "@ seconds of its own clock");
@@ -52,7 +55,8 @@ void AddCommonOptions(CLI::App& command, CanlogOptions& options) {
                   "only these signals of `decode` and `export`, several apart by commas: a frame\n"
                   "(base_state), a signal (battery), or a path (tpdo1_joint_feedback/3/position);\n"
                   "* stands for any characters")
-      ->delimiter(',');
+      ->delimiter(',')
+      ->allow_extra_args(false);
   command
       .add_option("--modes", options.modes,
                   "what base_state's control modes mean: by the\n"
@@ -65,7 +69,8 @@ void AddCommonOptions(CLI::App& command, CanlogOptions& options) {
 }  // namespace
 
 void AddCanlog(CLI::App& app, int* exit_code) {
-  CLI::App* command = app.add_subcommand("canlog", "Look into a CAN log: figures of its frames");
+  CLI::App* command = app.add_subcommand(
+      "canlog", "Look into a CAN log: figures, frames in words, faults, load, differences");
   const auto options = std::make_shared<CanlogOptions>();
   const auto work = std::make_shared<Work>(CanlogStats);
   AddCommonOptions(*command, *options);
@@ -105,6 +110,14 @@ void AddCanlog(CLI::App& app, int* exit_code) {
       "of two logs: where the frames of each id first differ, in their own order and on whatever\n"
       "channel; and how their times do",
       Diff);
+  add("export",
+      "the signals of base and arm as one table in CSV, a column a signal, in the order of time:\n"
+      "opens in PlotJuggler",
+      CanlogExport)
+      ->add_option("--every", options->every_s,
+                   "a row every so many s, with what was sent last; without this, a row for each\n"
+                   "time at which something was sent, and cells empty of what was not")
+      ->check(CLI::Range(1e-6, 1e6));
   command->final_callback([options, exit_code, work] {
     if (options->files.empty()) {  // not CLI11's required(): it would take the word for a file
       throw CLI::RequiredError("FILE");
@@ -120,7 +133,8 @@ void AddCanlog(CLI::App& app, int* exit_code) {
       "Exit code: 0 done; 1 a part of the log makes no sense, it ends within a record, `gaps`\n"
       "found something, or `diff` a difference in more than time; 2 the input is bad.\n"
       "Examples: pipewright canlog run/can.log --bitrate 500000\n"
-      "          candump -L can0 | pipewright canlog - --json");
+      "          candump -L can0 | pipewright canlog - --json\n"
+      "          pipewright canlog run/can.log export --signal position,velocity >joints.csv");
 }
 
 }  // namespace pipewright::hil

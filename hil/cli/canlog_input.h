@@ -24,6 +24,7 @@ struct CanlogOptions {
   double gap_factor = 3;
   std::uint64_t most = 100;  ///< lines of each kind of finding
   double window_s = 1;
+  double every_s = 0;         ///< 0: a row whenever something was sent
   std::string modes = "sdk";  ///< ControlModesNamed
 };
 
@@ -37,7 +38,7 @@ class CanlogInput {
   const LogSet& log() const { return *log_; }
 
  private:
-  std::unique_ptr<LogSet> log_;
+  std::unique_ptr<LogSet> log_ = std::make_unique<LogSet>();
 };
 
 /// Exit codes of the command.

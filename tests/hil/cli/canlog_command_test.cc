@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <sstream>
 
 #include "tests/support/can_logs.h"
 #include "tests/support/command_json.h"
@@ -236,6 +237,59 @@ TEST(CanlogDiff, SaysWhereTwoLogsPart) {
   const CommandResult one = Canlog("diff a.log", folder);
   EXPECT_EQ(one.exit_code, 2);
   EXPECT_NE(one.error.find("diff: 1 files given; it takes two"), std::string::npos);
+}
+
+TEST(CanlogCommand, TakesOptionsBeforeFilesAndMoreThanOnce) {
+  const fs::path folder = TestFolder();
+  const std::string file = " '" + kStartup + "' ";
+  EXPECT_EQ(Parsed(Canlog("--json --id 601 --id 581" + file, folder))["all"]["frames"], 64);
+  EXPECT_EQ(Parsed(Canlog("--json --id 601" + file + file, folder))["all"]["frames"], 64);
+  EXPECT_EQ(Canlog("decode --signal code --signal mode" + file, folder).out,
+            "1795305883.549384  vcan1   081  emergency 1              code=heartbeat lost\n");
+}
+
+std::vector<std::string> Lines(const std::string& text) {
+  std::vector<std::string> lines;
+  std::istringstream in(text);
+  for (std::string line; std::getline(in, line);) {
+    lines.push_back(line);
+  }
+  return lines;
+}
+
+TEST(CanlogExport, PrintsATableOfTheSignalsThatTheLogHas) {
+  const fs::path folder = TestFolder();
+  WriteFile(folder / "a.log",
+            "(1.000000) can1 111#01F4000000000000\n"
+            "(1.020001) can1 111#01F4FED400000000\n"
+            "(1.020000) can0 421#01\n"    // out of order, as two channels are
+            "(1.030000) can0 211#0001\n"  // too short
+            "(1.040000) can0 421#00\n");
+  EXPECT_EQ(Lines(Canlog("a.log export", folder).out),
+            (std::vector<std::string>{
+                "t_s,base_twist_command/v [m/s],base_twist_command/omega [rad/s],"
+                "base_state/vehicle_state,base_state/control_mode,base_state/battery [V],"
+                "base_state/errors,base_state/count,base_mode_request/mode",
+                "1.000000,0.5,0,,,,,,", "1.020000,,,,,,,,1", "1.020001,0.5,-0.3,,,,,,",
+                "1.040000,,,,,,,,0"}));
+  EXPECT_EQ(
+      Lines(Canlog("a.log export --signal v,omega,mode --every 0.02", folder).out),
+      (std::vector<std::string>{"t_s,base_twist_command/v [m/s],base_twist_command/omega [rad/s],"
+                                "base_mode_request/mode",
+                                "1.000000,0.5,0,", "1.020000,0.5,0,1", "1.040000,0.5,-0.3,0"}));
+}
+
+TEST(CanlogExport, NamesTheChannelWhereAnIdIsOnSeveral) {
+  const fs::path folder = TestFolder();
+  WriteFile(folder / "a.log", "(1.000000) can1 421#01\n(1.000000) can0 421#02\n");
+  EXPECT_EQ(Lines(Canlog("a.log export", folder).out),
+            (std::vector<std::string>{"t_s,can1/base_mode_request/mode,can0/base_mode_request/mode",
+                                      "1.000000,1,2"}));
+  // Standard input is read once: every signal has its column, whatever the channel.
+  const std::vector<std::string> lines =
+      Lines(Canlog("- export --signal base_mode_request,base_error_reset <a.log", folder).out);
+  EXPECT_EQ(lines, (std::vector<std::string>{"t_s,base_mode_request/mode,base_error_reset/what",
+                                             "1.000000,2,"}));
 }
 
 }  // namespace
