@@ -143,7 +143,6 @@ std::size_t ByteSource::Read(std::span<char> out) {
     } else if (at_end && !step.end && step.made == 0) {
       error_ = fmt::format("{} data that stop short at byte {} of the file", unpacker_->name(),
                            position_);
-      cut_ = true;
     }
   }
   return made;

@@ -29,8 +29,6 @@ class ByteSource {
 
   /// Why the end came before that of the data, in words; empty if it did not.
   const std::string& error() const { return error_; }
-  /// Whether error() is that packed data stop short, rather than make no sense.
-  bool cut() const { return cut_; }
   /// Bytes read of the file itself, and how many it has; 0: not known.
   std::uint64_t file_position() const { return position_; }
   std::uint64_t file_size() const { return size_; }
@@ -52,7 +50,6 @@ class ByteSource {
   std::uint64_t position_ = 0;
   std::uint64_t size_ = 0;
   std::string error_;
-  bool cut_ = false;
 };
 
 }  // namespace pipewright::hil

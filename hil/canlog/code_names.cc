@@ -124,7 +124,11 @@ std::string_view Find(std::span<const Named> names, std::uint32_t code) {
 template <const auto& kNames>
 void AppendOneOf(Buffer& to, std::uint32_t code, const ControlModes& modes) {
   const std::string_view name = Find(kNames, code);
-  name.empty() ? AppendNumber(to, code, modes) : AppendText(to, name);
+  if (name.empty()) {
+    AppendNumber(to, code, modes);
+  } else {
+    AppendText(to, name);
+  }
 }
 
 /// The names of the bits that are set; bits without a name as one number.
@@ -154,17 +158,28 @@ void AppendAllOf(Buffer& to, std::uint32_t code, const ControlModes&) {
 void AppendControlMode(Buffer& to, std::uint32_t code, const ControlModes& modes) {
   constexpr std::string_view kNames[] = {"standby", "CAN", "serial", "remote control"};
   const can::ControlMode mode = modes.Meaning(code);
-  mode == can::ControlMode::kUnknown ? AppendNumber(to, code, modes)
-                                     : AppendText(to, kNames[static_cast<int>(mode)]);
+  if (mode == can::ControlMode::kUnknown) {
+    AppendNumber(to, code, modes);
+  } else {
+    AppendText(to, kNames[static_cast<int>(mode)]);
+  }
 }
 
 void AppendNode(Buffer& to, std::uint32_t code, const ControlModes& modes) {
-  code == 0 ? AppendText(to, "all") : AppendNumber(to, code, modes);
+  if (code == 0) {
+    AppendText(to, "all");
+  } else {
+    AppendNumber(to, code, modes);
+  }
 }
 
 void AppendControlword(Buffer& to, std::uint32_t code, const ControlModes&) {
   const std::string_view name = Find(kControlwords, code);
-  name.empty() ? AppendHex(to, code, 4) : AppendText(to, name);
+  if (name.empty()) {
+    AppendHex(to, code, 4);
+  } else {
+    AppendText(to, name);
+  }
 }
 
 /// The state, then the other bits that have a name.
@@ -202,7 +217,11 @@ void AppendIndex(Buffer& to, std::uint32_t code, const ControlModes&) {
 
 void AppendEmergencyName(Buffer& to, std::uint32_t code, const ControlModes&) {
   const std::string_view name = Find(kEmergencies, code);
-  name.empty() ? AppendHex(to, code, 4) : AppendText(to, name);
+  if (name.empty()) {
+    AppendHex(to, code, 4);
+  } else {
+    AppendText(to, name);
+  }
 }
 
 struct SignalNames {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <tuple>
 #include <vector>
 
 #include "hil/canlog/log_frame.h"
@@ -15,7 +16,11 @@ struct IdKey {
   bool extended = false;
   std::uint32_t id = 0;
 
-  friend constexpr auto operator<=>(const IdKey&, const IdKey&) = default;
+  friend constexpr bool operator==(const IdKey&, const IdKey&) = default;
+  friend constexpr bool operator<(const IdKey& a, const IdKey& b) {
+    return std::tie(a.channel, a.error, a.extended, a.id) <
+           std::tie(b.channel, b.error, b.extended, b.id);
+  }
 };
 
 constexpr IdKey KeyOf(const LogFrame& frame) {

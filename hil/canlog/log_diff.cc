@@ -29,7 +29,7 @@ void LogDiff::Take(int which, const LogFrame& frame, IdDiff& id) {
     const LogFrame other = id.pending.front();
     id.pending.pop_front();
     --pending_;
-    which == 0 ? Compare(frame, other, id) : Compare(other, frame, id);
+    Compare(which == 0 ? frame : other, which == 0 ? other : frame, id);
   } else if (sides_[static_cast<std::size_t>(1 - which)].ended) {
     id.first = FirstDifference{id.same, {}};
     id.first->frames[static_cast<std::size_t>(which)] = frame;

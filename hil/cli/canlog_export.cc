@@ -90,7 +90,11 @@ class Table {
                      [](int column) { return column >= 0; })) {
       return;
     }
-    every_ns_ > 0 ? PassTime(frame.stamp_ns) : NextRow(frame.stamp_ns);
+    if (every_ns_ > 0) {
+      PassTime(frame.stamp_ns);
+    } else {
+      NextRow(frame.stamp_ns);
+    }
     for (int i = 0; i < decoded.signals.size(); ++i) {
       const int column = (*columns)[static_cast<std::size_t>(i)];
       if (column >= 0) {
@@ -160,26 +164,33 @@ bool CanReadTwice(const CanlogOptions& options) {
   });
 }
 
+/// The first of two passes. @returns an error in words, or nothing
+std::string MeetFrames(const CanlogOptions& options, CanlogInput& input, Layout& layout) {
+  if (std::string error = input.Open(options); !error.empty()) {
+    return error;
+  }
+  LogSet& log = input.log();
+  for (auto frames = log.Next(); !frames.empty(); frames = log.Next()) {
+    for (const LogFrame& frame : frames) {
+      layout.Meet(frame);
+    }
+  }
+  return log.error();
+}
+
 }  // namespace
 
 int CanlogExport(LogSet& log, const CanlogOptions& options) {
   const auto layout = std::make_unique<Layout>(options);
-  if (!layout->error().empty()) {
-    return Refuse(layout->error());
-  }
   CanlogInput first_pass;
-  if (!CanReadTwice(options)) {
-    layout->MeetAll();
-  } else if (const std::string error = first_pass.Open(options); !error.empty()) {
-    return Refuse(error);
+  std::string error = layout->error();
+  if (error.empty() && CanReadTwice(options)) {
+    error = MeetFrames(options, first_pass, *layout);
   } else {
-    LogSet& met = first_pass.log();
-    for (auto frames = met.Next(); !frames.empty(); frames = met.Next()) {
-      std::for_each(frames.begin(), frames.end(), [&](const LogFrame& f) { layout->Meet(f); });
-    }
-    if (!met.error().empty()) {
-      return Refuse(met.error());
-    }
+    layout->MeetAll();
+  }
+  if (!error.empty()) {
+    return Refuse(error);
   }
   const std::string head = layout->Head(first_pass.log().channels());
   Table table(*layout, options.every_s);
@@ -189,7 +200,11 @@ int CanlogExport(LogSet& log, const CanlogOptions& options) {
   const auto take = [&table](const LogFrame& frame) { table.Take(frame); };
   for (auto frames = log.Next(); table.writes() && !frames.empty(); frames = log.Next()) {
     for (const LogFrame& frame : frames) {
-      frame.stamped ? sorter.Add(frame, take) : void(++without_time);
+      if (frame.stamped) {
+        sorter.Add(frame, take);
+      } else {
+        ++without_time;
+      }
     }
   }
   sorter.End(take);
