@@ -44,8 +44,9 @@ std::string LogReader::Begin(const std::string& name, const LogOptions& options)
   if (format_ || begin.empty()) {
     return "";
   }
-  if (begin.size() < kLongestMagic ||
-      (begin.find('\n') == std::string_view::npos && begin.size() < ByteWindow::kMostLine)) {
+  const bool one_line = begin.find_first_of(std::string_view("\n\0", 2)) == begin.npos &&
+                        begin.size() < ByteWindow::kMostLine;
+  if (begin.size() < kLongestMagic || one_line) {
     problems_.EndsEarly("ends within its first line or head");
     return "";
   }

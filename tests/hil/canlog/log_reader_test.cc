@@ -50,6 +50,8 @@ TEST(LogReader, SaysWhyAFileIsNoLog) {
   EXPECT_EQ(LogReader(channels).Open("/", {}), "/: is a folder");
   EXPECT_NE(Read("a shopping list\nmilk\n").open_error.find("is no log that is known"),
             std::string::npos);
+  EXPECT_NE(Read(std::string(50, '\0')).open_error.find("is no log that is known"),
+            std::string::npos);
   EXPECT_NE(Read(std::string(5000, 'x')).open_error.find("is no log that is known"),
             std::string::npos);
 }
