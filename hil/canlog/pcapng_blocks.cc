@@ -118,7 +118,10 @@ const char* PcapngBlocks::TakeInterface(LogInput& in, const Block& block) {
     return "at most 1024 interfaces in a section";
   }
   Interface interface;
-  interface.can = numbers_.U16(block.content.data()) == kLinkTypeSocketCan;
+  const int link_type = numbers_.U16(block.content.data());
+  interface.can = link_type == static_cast<int>(kLinkTypeSocketCan);
+  any_can_ = any_can_ || interface.can;
+  other_link_type_ = interface.can || other_link_type_ >= 0 ? other_link_type_ : link_type;
   std::string name = fmt::format("can{}", interfaces_.size());
   ForEachOption(block.content, 8, [&](std::uint16_t code, std::string_view value) {
     if (code == kOptionName && !value.empty()) {
@@ -231,6 +234,11 @@ std::size_t PcapngBlocks::Fill(LogInput& in, std::span<LogFrame> out) {
     bool is_frame = false;
     ended_ = !TakeBlock(in, out[frames], is_frame);
     frames += is_frame ? 1 : 0;
+    if (ended_ && !any_can_ && other_link_type_ >= 0) {
+      in.problems.EndsEarly(
+          fmt::format("holds link type {}; expected an interface of {}, SocketCAN",
+                      other_link_type_, kLinkTypeSocketCan));
+    }
   }
   return frames;
 }

@@ -19,7 +19,8 @@ namespace pipewright::hil {
 ///   2         packet, obsolete   the same in another order
 ///   3         simple packet      of the first interface, without time
 ///
-/// and blocks of other types passed over, as are packets of interfaces that are not SocketCAN.
+/// and blocks of other types passed over, as are packets of interfaces that are not SocketCAN. That
+/// none of the interfaces is, is told at the end.
 class PcapngBlocks final : public LogFormat {
  public:
   static bool Begins(std::string_view begin);
@@ -64,6 +65,8 @@ class PcapngBlocks final : public LogFormat {
 
   CaptureNumbers numbers_;
   std::vector<Interface> interfaces_;
+  bool any_can_ = false;
+  int other_link_type_ = -1;  ///< of the first interface that is not SocketCAN
   bool ended_ = false;
 };
 

@@ -70,6 +70,14 @@ TEST(PcapngBlocks, ReadsSeveralInterfacesUnitsOfTimeAndSections) {
   EXPECT_EQ(read.frames[1].direction, LogDirection::kReceived);
 }
 
+TEST(PcapngBlocks, SaysThatNoInterfaceIsSocketCan) {
+  const std::string bytes = Section(false) + Interface(false, 252) + Interface(false, 1) +
+                            Packet(false, 0, 0, DataFrame(1, {}));
+  const ReadLog read = Read(bytes);
+  EXPECT_TRUE(read.frames.empty());
+  EXPECT_EQ(read.problems.end(), "holds link type 252; expected an interface of 227, SocketCAN");
+}
+
 TEST(PcapngBlocks, GivesEveryNanosecond) {
   Rng rng(11);
   for (int k = 0; k < 200; ++k) {
