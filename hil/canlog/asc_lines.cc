@@ -44,6 +44,8 @@ bool IsNumber(std::string_view word, std::size_t most) {
   return !word.empty() && word.size() <= most && std::all_of(word.begin(), word.end(), IsDigit);
 }
 
+bool IsBit(std::string_view word) { return word == "0" || word == "1"; }
+
 /// False: this word is none.
 bool TakeDirection(std::string_view word, LogFrame& frame) {
   frame.direction = word == "Rx" ? LogDirection::kReceived : LogDirection::kSent;
@@ -139,36 +141,38 @@ LineMeaning AscLines::TakeFd(LineScanner& in, ChannelNames& channels, LogFrame& 
   if (!TakeId(id, frame)) {
     return LineMeaning::Malformed(kId);
   }
-  std::string_view word = in.Word();
-  if (word != "0" && word != "1") {
-    word = in.Word();  // that was the frame's name
+  return TakeFdPayload(in, frame);
+}
+
+LineMeaning AscLines::TakeFdPayload(LineScanner& in, LogFrame& frame) const {
+  std::string_view rate_switch = in.Word();
+  if (!IsBit(rate_switch)) {
+    rate_switch = in.Word();  // that was the frame's name
   }
   const std::string_view passive = in.Word();
   LineScanner code(in.Word());
   LineScanner length(in.Word());
-  std::uint64_t ignored = 0;
+  std::uint64_t asked_for = 0;
   std::uint64_t bytes = 0;
-  if ((word != "0" && word != "1") || (passive != "0" && passive != "1") ||
-      code.Hex(2, ignored) == 0 || length.Decimal(2, bytes) == 0 || !length.AtEnd() ||
-      !IsFdLength(static_cast<int>(bytes))) {
+  if (!IsBit(rate_switch) || !IsBit(passive) || code.Hex(2, asked_for) == 0 ||
+      length.Decimal(2, bytes) == 0 || !length.AtEnd() || !IsFdLength(static_cast<int>(bytes))) {
     return LineMeaning::Malformed("two bits, a length code and a CAN FD length after the id");
   }
   frame.length = static_cast<std::uint8_t>(bytes);
   if (!TakePayload(in, frame)) {
     return LineMeaning::Malformed(kPayload);
   }
-  frame.bitrate_switch = word == "1";
-  frame.error_passive = passive == "1";
   in.SkipSpaces();
   in.Word();  // the frame's duration
   in.Word();  // its bits
   std::uint64_t flags = 0;
   const bool with_flags = in.Hex(8, flags) > 0;
   frame.fd = !with_flags || (flags & kFlagFd) != 0 || bytes > kClassicBytes;
+  frame.bitrate_switch = frame.fd && rate_switch == "1";
+  frame.error_passive = frame.fd && passive == "1";
   frame.remote = !frame.fd && (flags & kFlagRemote) != 0;
-  if (!frame.fd) {
-    frame.bitrate_switch = false;
-    frame.error_passive = false;
+  if (frame.remote) {
+    frame.length = static_cast<std::uint8_t>(std::min(asked_for, kClassicBytes));
   }
   return LineMeaning::Frame();
 }

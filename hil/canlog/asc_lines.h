@@ -36,6 +36,8 @@ class AscLines {
   bool TakeHeader(std::string_view line);
   LineMeaning TakeClassic(LineScanner& in, LogFrame& frame) const;
   LineMeaning TakeFd(LineScanner& in, ChannelNames& channels, LogFrame& frame) const;
+  /// What follows the id.
+  LineMeaning TakeFdPayload(LineScanner& in, LogFrame& frame) const;
   bool TakeId(std::string_view word, LogFrame& frame) const;
   bool TakePayload(LineScanner& in, LogFrame& frame) const;
   int Number(LineScanner& in, int digits, std::uint64_t& value) const;

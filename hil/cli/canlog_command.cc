@@ -66,19 +66,12 @@ void AddCommonOptions(CLI::App& command, CanlogOptions& options) {
   command.add_flag("--json", options.json, "print one object, and nothing else, on stdout");
 }
 
-}  // namespace
-
-void AddCanlog(CLI::App& app, int* exit_code) {
-  CLI::App* command = app.add_subcommand(
-      "canlog", "Look into a CAN log: figures, frames in words, faults, load, differences");
-  const auto options = std::make_shared<CanlogOptions>();
-  const auto work = std::make_shared<Work>(CanlogStats);
-  AddCommonOptions(*command, *options);
-  command->require_subcommand(0, 1);
-  const auto add = [&](const char* name, const char* what, Work does) {
-    CLI::App* const sub = command->add_subcommand(name, what);
+/// The words of the command; the one that is given sets `work`.
+void AddWords(CLI::App& command, CanlogOptions& options, Work& work) {
+  const auto add = [&command, &work](const char* name, const char* what, Work does) {
+    CLI::App* const sub = command.add_subcommand(name, what);
     sub->fallthrough();  // options and files may stand behind the word, too
-    sub->callback([work, does] { *work = does; });
+    sub->callback([&work, does] { work = does; });
     return sub;
   };
   add("stats",
@@ -89,23 +82,23 @@ void AddCanlog(CLI::App& app, int* exit_code) {
       "every frame of the base and of the arm by the names of its signals, in their units,\n"
       "states by their names",
       CanlogDecode)
-      ->add_flag("--csv", options->csv, "one line a signal, for other programs");
+      ->add_flag("--csv", options.csv, "one line a signal, for other programs");
   CLI::App* const gaps =
       add("gaps",
           "what should not be: silence of periodic ids, duplicates, counts that jump, the base's\n"
           "command watchdog run out, heartbeats lost, EMCY and error messages, SDOs unanswered",
           CanlogGaps);
-  gaps->add_option("--factor", options->gap_factor, "a gap is longer than so many periods")
+  gaps->add_option("--factor", options.gap_factor, "a gap is longer than so many periods")
       ->check(CLI::Range(1.0, 1e6))
       ->capture_default_str();
-  gaps->add_option("--most", options->most, "findings of each kind to print; all are counted")
+  gaps->add_option("--most", options.most, "findings of each kind to print; all are counted")
       ->capture_default_str();
   CLI::App* const load =
       add("load", "the load of each channel over time, and its peak", CanlogLoad);
-  load->add_option("--window", options->window_s, "length of a window, s")
+  load->add_option("--window", options.window_s, "length of a window, s")
       ->check(CLI::Range(1e-3, 1e6))
       ->capture_default_str();
-  load->add_flag("--csv", options->csv, "one line a window, for other programs");
+  load->add_flag("--csv", options.csv, "one line a window, for other programs");
   add("diff",
       "of two logs: where the frames of each id first differ, in their own order and on whatever\n"
       "channel; and how their times do",
@@ -114,10 +107,22 @@ void AddCanlog(CLI::App& app, int* exit_code) {
       "the signals of base and arm as one table in CSV, a column a signal, in the order of time:\n"
       "opens in PlotJuggler",
       CanlogExport)
-      ->add_option("--every", options->every_s,
+      ->add_option("--every", options.every_s,
                    "a row every so many s, with what was sent last; without this, a row for each\n"
                    "time at which something was sent, and cells empty of what was not")
       ->check(CLI::Range(1e-6, 1e6));
+}
+
+}  // namespace
+
+void AddCanlog(CLI::App& app, int* exit_code) {
+  CLI::App* command = app.add_subcommand(
+      "canlog", "Look into a CAN log: figures, frames in words, faults, load, differences");
+  const auto options = std::make_shared<CanlogOptions>();
+  const auto work = std::make_shared<Work>(CanlogStats);
+  AddCommonOptions(*command, *options);
+  command->require_subcommand(0, 1);
+  AddWords(*command, *options, *work);
   command->final_callback([options, exit_code, work] {
     if (options->files.empty()) {  // not CLI11's required(): it would take the word for a file
       throw CLI::RequiredError("FILE");

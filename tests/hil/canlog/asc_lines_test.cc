@@ -44,7 +44,7 @@ TEST(AscLines, ReadsTheKindsOfEventsThatToolsWrite) {
       DataFrame(0x18EBFF00, {1, 0xA0, 0x0F, 0xA6, 0x60, 0x3B, 0xD1, 0x40}, 3'098'426'000),
       DataFrame(0x3FF, {0x55, 0xAA, 1, 2, 3, 4, 5, 6}, 13'258'671'000),
       DataFrame(0x300, {1, 2, 3, 4, 5, 6, 7, 8}, 30'005'071'000),
-      DataFrame(0x50005, {}, 30'300'981'000),
+      DataFrame(0x50005, {0, 0, 0, 0, 0}, 30'300'981'000),
       DataFrame(0x80, {0, 0, 0, 0, 0, 0, 0, 0}, 30'806'898'000),
   };
   expected[0].error = expected[1].error = expected[8].error = true;
