@@ -4,7 +4,9 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <chrono>
+#include <csignal>
 #include <cstdio>
 
 #include "hil/canlog/frame_rows.h"
@@ -41,6 +43,10 @@ class ProgressBar {
   std::chrono::steady_clock::time_point shown_ = std::chrono::steady_clock::now();
 };
 
+/// Ctrl-C goes to the whole pipe: it ends the program that sends the log, and what came is still to
+/// be told. A second one ends this program, too.
+void LetTheSenderEnd(int) { std::signal(SIGINT, SIG_DFL); }
+
 }  // namespace
 
 std::string CanlogInput::Open(const CanlogOptions& options) {
@@ -54,6 +60,9 @@ std::string CanlogInput::Open(const CanlogOptions& options) {
   }
   if (error.empty() && !options.to.empty()) {
     error = filter.SetTo(options.to);
+  }
+  if (std::find(options.files.begin(), options.files.end(), "-") != options.files.end()) {
+    std::signal(SIGINT, LetTheSenderEnd);
   }
   log_ = std::make_unique<LogSet>(options.files, LogOptions{.deltas = options.deltas}, filter);
   if (isatty(STDERR_FILENO) == 1) {

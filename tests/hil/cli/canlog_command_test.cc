@@ -64,6 +64,17 @@ TEST(CanlogCommand, TakesTheWordBeforeOrBehindTheFileAndReadsStandardInput) {
   EXPECT_EQ(run["files"][0]["path"], "-");
 }
 
+TEST(CanlogCommand, TellsWhatCameWhenAPersonEndsTheSender) {
+  const fs::path folder = TestFolder();
+  // sleep: should the signal come too early, the shell has it ignored, and the test passes as well
+  WriteFile(folder / "run.sh", "mkfifo pipe\n" PIPEWRIGHT_BINARY
+                               " canlog - --json <pipe &\nreader=$!\nexec 3>pipe\ncat '" +
+                                   kStartup +
+                                   "' >&3\nsleep 0.2\nkill -INT $reader\nsleep 0.1\nexec 3>&-\n"
+                                   "wait $reader\n");
+  EXPECT_EQ(Parsed(RunCommand("/bin/sh", "run.sh", folder))["all"]["frames"], 147);
+}
+
 TEST(CanlogCommand, ChoosesFramesByIdAndTime) {
   const fs::path folder = TestFolder();
   const std::string file = "'" + kStartup + "' --json ";
