@@ -48,7 +48,7 @@ TEST(Command, SaysWhichFlagIsWrongAndStartsNothing) {
     const char* expected;  ///< in what it says
   } cases[] = {
       {"", "subcommand"},
-      {"dance", "no command 'dance'; there are: inspect map memory primitives qp"},
+      {"dance", "no command 'dance'; there are: canlog inspect map memory primitives qp"},
       {"inspect --colour blue", "--colour"},
       {"inspect --seed twelve", "--seed"},
       {"inspect --seed -1", "--seed"},
