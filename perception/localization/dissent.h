@@ -9,8 +9,8 @@ namespace pipewright {
 ///
 /// A false fix is alone, or wanders from frame to frame; the fixes of a base that was moved all
 /// tell the same offset from the pose that its wheels tell. Two are of one opinion when the second
-/// is within the gate of GainOf() about the pose plus the first one's offset, with
-/// what a base that brakes may do between two frames as M.
+/// is within the gate of GainOf() about the pose plus the first one's offset, with what a base that
+/// brakes may do between two frames as M.
 class Dissent {
  public:
   /// A fix beyond the gate about this pose of its instant.
