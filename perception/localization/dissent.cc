@@ -14,9 +14,10 @@ constexpr double kStill_rad = 0.01;
 void Dissent::Add(const PoseFix& fix, const Vector3d& pose, const FixNoiseConfig& noise) {
   const Mat<3, 3> still =
       Vector3d(kStill_m * kStill_m, kStill_m * kStill_m, kStill_rad * kStill_rad).asDiagonal();
-  const bool same = count_ > 0 && GainOf(pose + offset_, still, fix, noise).within_gate;
+  const bool same =
+      count_ > 0 && GainOf(pose + offset_, still, fix, Vector3d::Zero(), noise).within_gate;
   count_ = same ? count_ + 1 : 1;
-  offset_ = GainOf(pose, still, fix, noise).y;
+  offset_ = GainOf(pose, still, fix, Vector3d::Zero(), noise).y;
 }
 
 }  // namespace pipewright

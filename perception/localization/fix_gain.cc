@@ -13,11 +13,12 @@ namespace {
 constexpr double kNothing = 1e-9;
 
 /// L = W - W (share I + W)⁻¹ W with W = Σ⁻¹, for an I that may be singular.
-Mat<3, 3> Information(const PoseFix& fix, const FixNoiseConfig& config) {
-  const double of_place = 1 / (config.sigma_m * config.sigma_m + fix.placed.m2);
-  const double of_heading = 1 / (config.sigma_rad * config.sigma_rad + fix.placed.rad2);
-  const Vector3d shared(of_place, of_place, of_heading);
-  const Mat<3, 3> W = shared.asDiagonal();
+Mat<3, 3> Information(const PoseFix& fix, const Vector3d& common, const FixNoiseConfig& config) {
+  const double of_place = config.sigma_m * config.sigma_m;
+  const double of_heading = config.sigma_rad * config.sigma_rad;
+  const Vector3d placed = (Variances(fix.placed) - common).cwiseMax(0);
+  const Vector3d shared = Vector3d(of_place, of_place, of_heading) + placed;
+  const Mat<3, 3> W = shared.cwiseInverse().asDiagonal();
   const Mat<3, 3> sum = config.share * fix.information + W;
   const Mat<3, 3> inner = sum.inverse().lazyProduct(W);
   const Mat<3, 3> L = W - W.lazyProduct(inner);
@@ -26,12 +27,12 @@ Mat<3, 3> Information(const PoseFix& fix, const FixNoiseConfig& config) {
 
 }  // namespace
 
-FixGain GainOf(const Vector3d& pose, const Mat<3, 3>& M, const PoseFix& fix,
+FixGain GainOf(const Vector3d& pose, const Mat<3, 3>& M, const PoseFix& fix, const Vector3d& common,
                const FixNoiseConfig& config) {
   FixGain gain;
   gain.y = fix.pose - pose;
   gain.y.z() = std::remainder(gain.y.z(), 2 * std::numbers::pi);
-  const Mat<3, 3> C = Information(fix, config).llt().matrixL();
+  const Mat<3, 3> C = Information(fix, common, config).llt().matrixL();
   const Mat<3, 3> MC = M.lazyProduct(C);
   const Mat<3, 3> A = Mat<3, 3>::Identity() + C.transpose().lazyProduct(MC);
   const Mat<3, 3> AC = A.inverse().lazyProduct(C.transpose());

@@ -27,12 +27,12 @@ struct FixGain {
 };
 
 /// With the fix's information I and Σ what all its points share, the placement of the surfaces
-/// among them,
+/// as far as it is not `common` with M's pose (CommonWith) among them,
 ///
 ///   L = ((share I)⁻¹ + Σ)⁻¹,   S⁻¹ = (M + L⁻¹)⁻¹ = C (1 + C' M C)⁻¹ C',   L = C C'
 ///
 /// so that a direction without information has none in S⁻¹, whatever M is.
-FixGain GainOf(const Vector3d& pose, const Mat<3, 3>& M, const PoseFix& fix,
+FixGain GainOf(const Vector3d& pose, const Mat<3, 3>& M, const PoseFix& fix, const Vector3d& common,
                const FixNoiseConfig& config);
 
 }  // namespace pipewright

@@ -59,6 +59,7 @@ void PoseFilter::Reset(const BasePose& pose) {
   start.stamp = pose.stamp;
   start.x.head<3>() << pose.x_m, pose.y_m, pose.phi_rad;
   start.P.topLeftCorner<3, 3>() = pose.covariance;
+  common_.setZero();
   start.P(3, 3) = start.P(4, 4) = Squared(config_.yaw_scale_sigma);
   start.P(5, 5) = Squared(config_.way_scale_sigma);
   rate_ = {};
@@ -193,6 +194,8 @@ Status PoseFilter::Correct(const PoseFix& fix) {
   const bool has_moved = way_m_ > kHasMoved_m;
   const double way_m = std::exchange(way_m_, 0);
   const double moved = std::min(1.0, way_m / kLearningWay_m);
+  common_ = CommonWith(fix.placed, common_, moments_[i].P);
+  Replay(i);
   Instant then = At(i, fix);
   if (!then.gain.within_gate) {
     dissent_.Add(fix, then.pose, config_.fix);
@@ -212,7 +215,7 @@ Status PoseFilter::Correct(const PoseFix& fix) {
     Learn(moved * (std::min(then.surprise, kSurprise) - 1));
   }
   Agree();
-  Take(i, fix, then);
+  Take(i, then);
   return Status::kOk;
 }
 
@@ -226,25 +229,20 @@ PoseFilter::Instant PoseFilter::At(int i, const PoseFix& fix) const {
   then.PJ = moment.P.lazyProduct(J.transpose());
   const Mat<3, 3> M = J.lazyProduct(then.PJ);
   then.pose = Moved(moment.x, step, fast);
-  then.gain = GainOf(then.pose, M, fix, config_.fix);
+  then.gain = GainOf(then.pose, M, fix, common_, config_.fix);
   then.surprise = Surprise(then.gain, M);
   return then;
 }
 
 /// The update of Kalman's filter at moment i.
-void PoseFilter::Take(int i, const PoseFix& fix, const Instant& then) {
+void PoseFilter::Take(int i, const Instant& then) {
   Moment& moment = moments_[i];
-  const Vector3d before = moment.P.diagonal().head<3>();
   const Mat<6, 3> K = then.PJ.lazyProduct(then.gain.S_inverse);
   moment.x += K.lazyProduct(then.gain.y);
   const Vector3d most(config_.yaw_scale_max, config_.yaw_scale_max, config_.way_scale_max);
   moment.x.tail<3>() = moment.x.tail<3>().cwiseMax(-most).cwiseMin(most);
   moment.P -= K.lazyProduct(then.PJ.transpose()).eval();
   moment.P = (moment.P + moment.P.transpose()).eval() / 2;
-  for (int k = 0; k < 3; ++k) {
-    const double surfaces = k < 2 ? fix.placed.m2 : fix.placed.rad2;
-    moment.P(k, k) = NotSurerThan(surfaces, before(k), moment.P(k, k));
-  }
   Replay(i);
 }
 
@@ -296,6 +294,7 @@ BasePose PoseFilter::pose() const {
   const Moment& now = Newest();
   BasePose pose{.stamp = now.stamp, .x_m = now.x(0), .y_m = now.x(1), .phi_rad = now.x(2)};
   pose.covariance = now.P.topLeftCorner<3, 3>();
+  pose.covariance.diagonal() += common_;
   if (fixes_ > 0) {
     const double of_place = Squared(config_.fix.sigma_m);
     pose.covariance.diagonal() += Vector3d(of_place, of_place, Squared(config_.fix.sigma_rad));
@@ -317,8 +316,9 @@ BasePose PoseFilter::Extrapolate(Time when) const {
 }
 
 bool PoseFilter::lost() const {
-  const Mat<6, 6>& P = Newest().P;
-  return P(0, 0) + P(1, 1) > Squared(config_.lost_m) || P(2, 2) > Squared(config_.lost_rad);
+  const Vector3d variance = Newest().P.diagonal().head<3>() + common_;
+  return variance(0) + variance(1) > Squared(config_.lost_m) ||
+         variance(2) > Squared(config_.lost_rad);
 }
 
 }  // namespace pipewright

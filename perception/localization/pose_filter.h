@@ -57,12 +57,12 @@ constexpr bool Valid(const PoseFilterConfig& c) {
 ///
 ///   h = pose at the stamp, J = ∂h/∂state,   state += P J' S⁻¹ (z - h),   P -= P J' S⁻¹ J P
 ///
-/// with S⁻¹ of GainOf(). The variances of the pose do not fall below those of the surroundings'
-/// placement (NotSurerThan), for all fixes among them share its error. How slippery the floor is,
-/// f, is not known either. Wheels that roll true are far better than fixes, which err the same way
-/// for as long as the view lasts; wheels on a wet floor are worse. So f follows the innovations y =
-/// z - h: with M = J P J' their part that is the wheels', the likelihood of y is greatest in f²
-/// where y' S⁻¹ M S⁻¹ y is its mean, tr(S⁻¹ M), and
+/// with S⁻¹ of GainOf(). P is the error among the surroundings that the last fix saw; what the pose
+/// and they have in common (CommonWith) is kept beside it, for no fix among them can tell. How
+/// slippery the floor is, f, is not known either. Wheels that roll true are far better than fixes,
+/// which err the same way for as long as the view lasts; wheels on a wet floor are worse. So f
+/// follows the innovations y = z - h: with M = J P J' their part that is the wheels', the
+/// likelihood of y is greatest in f² where y' S⁻¹ M S⁻¹ y is its mean, tr(S⁻¹ M), and
 ///
 ///   ln f² += learning (y' S⁻¹ M S⁻¹ y / tr(S⁻¹ M) - 1)     after some way, and in bounds
 ///
@@ -153,11 +153,12 @@ class PoseFilter {
   void Startle(int i, double surprise, double way_m);
   void Agree();
   Instant At(int i, const PoseFix& fix) const;
-  void Take(int i, const PoseFix& fix, const Instant& then);
+  void Take(int i, const Instant& then);
 
   PoseFilterConfig config_;
   WheelOdometry odometry_;
   std::array<Moment, kSteps> moments_{};
+  Vector3d common_ = Vector3d::Zero();  ///< variances, beside P
   int newest_ = 0;
   int count_ = 1;
   BaseStep rate_;  ///< per second, by the last report

@@ -164,12 +164,14 @@ Status ScanLocalizer::Step(const Cloud& cloud, const Isometry3d& X_BS, const Bas
   fix.stamp = cloud.stamp;
   if (status == Status::kOk) {
     ++counters_.fixes;
-    const FixGain gain = GainOf(before, guess.covariance, fix, config_.fix);
+    Mat<3, 3> M = guess.covariance;
+    const Vector3d common = CommonWith(fix.placed, Vector3d::Zero(), M);
+    const FixGain gain = GainOf(before, M, fix, common, config_.fix);
     if (gain.within_gate) {
-      const Mat<3, 3> MS = guess.covariance * gain.S_inverse;
+      const Mat<3, 3> MS = M * gain.S_inverse;
+      const Mat<3, 3> own = M - MS * M;
       pose_ += MS * gain.y;
-      placed_ =
-          NotSurerThan(fix.placed, placed_, PlacementOf(guess.covariance - MS * guess.covariance));
+      placed_ = PlacementOf(own + Mat<3, 3>(common.asDiagonal()));
     }
     const Vector3d jump = pose_ - before;
     added_ = gain.within_gate && jump.head<2>().norm() <= config_.jump_m &&

@@ -115,6 +115,39 @@ TEST(PoseFilter, IsNotSurerThanWhatItFindsItselfAmong) {
   EXPECT_LT(came_sure(2, 2), 1.01e-7 + shared.sigma_rad * shared.sigma_rad);
 }
 
+/// Against a filter of two headings, the base's p and that of the surroundings s. It put them there
+/// with p's error, then turned: with V then and q of the turn, cov(p, s) = (V + q, V; V, V), and a
+/// fix tells y = s - p with variance R.
+TEST(PoseFilter, AFixAmongWhatItPlacedItselfCorrectsTheWayItHasMadeSince) {
+  const PoseFilterConfig config = Fine();
+  PoseFilter filter(config);
+  const Placement placed{.m2 = 1e-4, .rad2 = 1e-3};
+  BasePose start;
+  start.covariance = Variances(placed).asDiagonal();
+  filter.Reset(start);
+  Drive drive;
+  for (int k = 0; k < 50; ++k) {
+    ASSERT_EQ(drive.Run(filter, 0, 0.5), Status::kOk);
+  }
+  const BasePose before = filter.pose();
+  const double V = placed.rad2;
+  const double q = before.covariance(2, 2) - V;
+  ASSERT_GT(q, 0);
+  ASSERT_LT(q, V);
+  const double y = std::sqrt(q);
+  const double of_points = q / 10;
+  PoseFix fix{.stamp = drive.now,
+              .pose = PoseOf(filter) + Vector3d(0, 0, y),
+              .information = Information(1, std::sqrt(of_points)) / config.fix.share,
+              .placed = placed};
+  ASSERT_EQ(filter.Correct(fix), Status::kOk);
+
+  const double shared = config.fix.sigma_rad * config.fix.sigma_rad;
+  const double R = of_points + shared;
+  EXPECT_NEAR(filter.pose().phi_rad - before.phi_rad, q / (q + R) * y, 1e-3 * y);
+  EXPECT_NEAR(filter.pose().covariance(2, 2) - shared, V + q - q * q / (q + R), 1e-3 * q);
+}
+
 TEST(PoseFilter, ALateFixDoesAsOneThatCameInTime) {
   PoseFilter prompt(Fine());
   PoseFilter late(Fine());
