@@ -21,7 +21,7 @@ int NewPoints(const SurfelMap& map, const PipeLandmarks& pipes, std::span<const 
     };
     Surfel of_pipe;
     const Surfel* const surfel = map.Find(p_WQ);
-    const bool known = (pipes.Find(p_WQ, of_pipe) && is_of(of_pipe)) ||
+    const bool known = (pipes.Find(p_WQ, of_pipe) >= 0 && is_of(of_pipe)) ||
                        (surfel != nullptr && is_of(*surfel)) || map.Loose(p_WQ) > config.loose_max;
     if (!known && p_WQ.allFinite()) {
       numbers[count++] = i;

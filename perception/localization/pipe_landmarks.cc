@@ -37,14 +37,16 @@ void PipeLandmarks::Update(const Scene& scene, const Placement& placed) {
   }
 }
 
-bool PipeLandmarks::Find(const Vector3d& p_WQ, Surfel& surface) const {
+int PipeLandmarks::Find(const Vector3d& p_WQ, Surfel& surface) const {
   double least_m = config_.reach_m;
-  bool found = false;
-  for (const Landmark& landmark : pipes_) {
+  int found = -1;
+  for (int which = 0; which < pipes_.size(); ++which) {
+    const Landmark& landmark = pipes_[which];
     const PipeEstimate& pipe = landmark.pipe;
     const Vector3d w = p_WQ - pipe.p_W;
     const double along = pipe.l_W.dot(w);
-    if (along < pipe.extent_lo_m + config_.end_m || along > pipe.extent_hi_m - config_.end_m) {
+    if (landmark.refuted || along < pipe.extent_lo_m + config_.end_m ||
+        along > pipe.extent_hi_m - config_.end_m) {
       continue;
     }
     const Vector3d across = w - along * pipe.l_W;
@@ -52,7 +54,7 @@ bool PipeLandmarks::Find(const Vector3d& p_WQ, Surfel& surface) const {
     const double away = std::abs(rho - pipe.radius_m);
     if (away < least_m && rho > 0) {
       least_m = away;
-      found = true;
+      found = which;
       surface = {};
       surface.n_W = across / rho;
       surface.p_W = p_WQ - (rho - pipe.radius_m) * surface.n_W;

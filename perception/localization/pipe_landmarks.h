@@ -18,7 +18,8 @@ constexpr bool Valid(const PipeLandmarkConfig& c) {
 }
 
 /// The scene's pipes, each held where it was when it was well known: a track follows the robot's
-/// pose, and what follows it is no reference. A pipe that the scene gives up is forgotten.
+/// pose, and what follows it is no reference. A pipe that the scene gives up is forgotten; one that
+/// turned out not to be where it was held is no landmark again while the scene has it.
 class PipeLandmarks {
  public:
   explicit PipeLandmarks(const PipeLandmarkConfig& config = {});
@@ -26,8 +27,11 @@ class PipeLandmarks {
   /// @param placed  of the base, by which new ones are placed
   void Update(const Scene& scene, const Placement& placed = {});
 
-  /// The nearest pipe's surface at the point, when it is within reach.
-  bool Find(const Vector3d& p_WQ, Surfel& surface) const;
+  /// The nearest pipe's surface at the point, when it is within reach. @returns which; -1: none
+  int Find(const Vector3d& p_WQ, Surfel& surface) const;
+
+  /// What is seen there contradicts it.
+  void Refute(int which) { pipes_[which].refuted = true; }
 
   int size() const { return pipes_.size(); }
 
@@ -35,6 +39,7 @@ class PipeLandmarks {
   struct Landmark {
     PipeEstimate pipe;
     Placement placed;
+    bool refuted = false;
   };
 
   PipeLandmarkConfig config_;

@@ -35,7 +35,7 @@ class Search {
     for (std::size_t i = 0; i < scan_.size(); i += stride_) {
       const Vector3d p_WQ = X_WS * scan_[i].p_SQ.cast<double>();
       Surfel of_pipe;
-      const Surfel* surfel = pipes_.Find(p_WQ, of_pipe) ? &of_pipe : map_.Find(p_WQ);
+      const Surfel* surfel = pipes_.Find(p_WQ, of_pipe) >= 0 ? &of_pipe : map_.Find(p_WQ);
       if (surfel == nullptr) {
         continue;
       }

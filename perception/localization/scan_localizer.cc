@@ -45,20 +45,32 @@ float ScanLocalizer::Sigma(const Eigen::Vector3f& p_SQ) const {
   return static_cast<float>(config_.range_noise_1pm) * p_SQ.z() * p_SQ.norm();
 }
 
-/// Forgets the surfels that points of the scan, taken from there, do not lie on.
+/// Forgets the surfels that points of the scan, taken from there, do not lie on, and refutes the
+/// pipes that most of their points do not.
 void ScanLocalizer::Repair(std::span<const ScanPoint> scan, const Isometry3d& X_WS) {
   ++counters_.repairs;
+  std::array<int, Scene::kMaxPipes> on_more_than_off{};
   for (const ScanPoint& point : scan) {
     const Vector3d p_WQ = X_WS * point.p_SQ.cast<double>();
-    const Surfel* surfel = map_.Find(p_WQ);
+    Surfel of_pipe;
+    const int pipe = pipes_.Find(p_WQ, of_pipe);
+    const Surfel* surfel = pipe >= 0 ? &of_pipe : map_.Find(p_WQ);
     if (surfel == nullptr || surfel->n_W.dot(X_WS.linear() * point.n_S.cast<double>()) <
                                  config_.registration.alike_cosine) {
       continue;
     }
     const Misfit misfit =
         MisfitOf(*surfel, point.sigma_m, p_WQ, X_WS.translation(), config_.registration.model_m);
-    if (misfit.r_m * misfit.r_m > kInlierSigmas * kInlierSigmas * misfit.var_m2) {
+    const bool off = misfit.r_m * misfit.r_m > kInlierSigmas * kInlierSigmas * misfit.var_m2;
+    if (pipe >= 0) {
+      on_more_than_off[pipe] += off ? -1 : 1;
+    } else if (off) {
       map_.Forget(p_WQ);
+    }
+  }
+  for (int pipe = 0; pipe < pipes_.size(); ++pipe) {
+    if (on_more_than_off[pipe] < 0) {
+      pipes_.Refute(pipe);
     }
   }
 }

@@ -59,7 +59,8 @@ struct ScanLocalizerCounters {
 /// what more points are on.
 ///
 /// A reference may be wrong, too: what was added while the base slipped unseen. Where frame after
-/// frame in doubt fits in part only, the surfels that contradict them are forgotten.
+/// frame in doubt fits in part only, the surfels that contradict them are forgotten, and the pipes
+/// refuted.
 class ScanLocalizer {
  public:
   static constexpr int kScanPoints = 1024;

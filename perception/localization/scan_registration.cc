@@ -36,7 +36,7 @@ NormalEquations Linearise(const SurfelMap& map, const PipeLandmarks& pipes,
   for (const ScanPoint& point : scan) {
     const Vector3d p_WQ = X_WS * point.p_SQ.cast<double>();
     Surfel of_pipe;
-    const Surfel* surfel = pipes.Find(p_WQ, of_pipe) ? &of_pipe : map.Find(p_WQ);
+    const Surfel* surfel = pipes.Find(p_WQ, of_pipe) >= 0 ? &of_pipe : map.Find(p_WQ);
     if (surfel == nullptr) {
       continue;
     }

@@ -45,7 +45,7 @@ TEST(PipeLandmarks, GiveTheSurfaceNearestToAPointWithinReach) {
   };
   for (const Case& c : kCases) {
     Surfel surface;
-    ASSERT_EQ(pipes.Find(c.p_W, surface), c.found) << c.name;
+    ASSERT_EQ(pipes.Find(c.p_W, surface) >= 0, c.found) << c.name;
     if (c.found) {
       EXPECT_LT((surface.n_W - c.n_W).norm(), 1e-12) << c.name;
       EXPECT_NEAR((surface.p_W - Vector3d(2, 0, surface.p_W.z())).norm(), 0.05, 1e-12) << c.name;
@@ -63,8 +63,25 @@ TEST(PipeLandmarks, StayWhereTheyWereWhenTheyBecameOne) {
   pipes.Update(SceneOf(moved));
   ASSERT_EQ(pipes.size(), 1);
   Surfel surface;
-  ASSERT_TRUE(pipes.Find({1.95, 0, 1.8}, surface));
+  ASSERT_EQ(pipes.Find({1.95, 0, 1.8}, surface), 0);
   EXPECT_NEAR(surface.p_W.x(), 1.95, 1e-12);
+}
+
+TEST(PipeLandmarks, ThatAreRefutedStaySoWhileTheSceneHasThem) {
+  PipeLandmarks pipes;
+  Scene both = SceneOf(Riser(1, 2, 50));
+  ASSERT_TRUE(both.pipes.push_back(Riser(2, 3, 50)));
+  pipes.Update(both);
+  Surfel surface;
+  const int second = pipes.Find({2.95, 0, 0.5}, surface);
+  ASSERT_GE(second, 0);
+  pipes.Refute(second);
+  pipes.Update(both);
+  EXPECT_LT(pipes.Find({2.95, 0, 0.5}, surface), 0);
+  EXPECT_GE(pipes.Find({1.95, 0, 0.5}, surface), 0);
+  pipes.Update(SceneOf(Riser(1, 2, 50)));
+  pipes.Update(both);
+  EXPECT_GE(pipes.Find({2.95, 0, 0.5}, surface), 0) << "seen anew";
 }
 
 TEST(PipeLandmarks, ForgetWhatTheSceneGivesUp) {

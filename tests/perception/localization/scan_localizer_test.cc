@@ -232,6 +232,36 @@ TEST_F(ScanLocalizerTest, ForgetsWhatContradictsTheRestInTheEnd) {
   }
 }
 
+/// A pipe stands before the wall, nearly as far off it as its points may be: it never was one.
+TEST_F(ScanLocalizerTest, RefutesAPipeThatContradictsTheRest) {
+  const Vector3d near(0.5, 0, 0);   // where the noise is less than that
+  constexpr double kPan_rad = 0.7;  // both walls in view
+  for (int k = 0; k < 60; ++k) {
+    (void)Look(near, near, kPan_rad);
+  }
+  ASSERT_EQ(Look(near, near, kPan_rad), Status::kOk);
+  PipeEstimate pipe;
+  pipe.id = 1;
+  pipe.p_W = {1, 1.277, 0.7};
+  pipe.l_W = Vector3d::UnitZ();
+  pipe.radius_m = 0.5;
+  pipe.extent_lo_m = -0.7;
+  pipe.extent_hi_m = 0.7;
+  pipe.frames_seen = 50;
+  Scene scene;
+  ASSERT_TRUE(scene.pipes.push_back(pipe));
+  localizer_->Take(scene);
+  ASSERT_EQ(Look(near, near, kPan_rad), Status::kFault) << "or the test is idle";
+  int seen = 0;
+  while (Look(near, near, kPan_rad, kSure, true) != Status::kOk && seen < 100) {
+    localizer_->Take(scene);
+    ++seen;
+  }
+  EXPECT_LT(seen, 50);
+  EXPECT_GT(localizer_->counters().repairs, 0U);
+  EXPECT_LT((fix_.pose - near).head<2>().norm(), 4e-3);
+}
+
 TEST_F(ScanLocalizerTest, AFrameThatDoesNotFitPlacesNothing) {
   for (int k = 0; k < 40; ++k) {
     (void)Look(Vector3d::Zero(), Vector3d::Zero(), 0);
