@@ -220,6 +220,7 @@ bool VirtualRun::See(Time now, DepthFrame& frame) {
   const bool due = emulator_.FrameDue(now);
   if (due) {
     emulator_.Render(frame);
+    folder_.Depth(frame, now);
   }
   return due;
 }
@@ -227,6 +228,7 @@ bool VirtualRun::See(Time now, DepthFrame& frame) {
 bool VirtualRun::StopAsked(Time now) {
   const bool asked = hooks_.interrupted && hooks_.interrupted();
   if (asked) {
+    figures_.interrupted = figures_.interrupted.value_or(now);
     stopping_since_ = stopping_since_.value_or(now);
   }
   return asked;
@@ -297,8 +299,8 @@ nlohmann::ordered_json VirtualRun::Run() {
   folder_.Map(program_->mapping().map());
   const std::string detail = StopDetail(program_->planning().output(), program_->control().report(),
                                         program_->camera_lost());
-  nlohmann::ordered_json run = RunJson(options_, scenario_.name, *program_, emulator_, figures_,
-                                       wires_.Figures(), now_, detail);
+  nlohmann::ordered_json run =
+      RunJson(options_, scenario_, *program_, emulator_, figures_, wires_.Figures(), now_, detail);
   folder_.Text("report.html", ReportPage(run, plan_, recorder_, scenario_, emulator_.truth()));
   return run;
 }
