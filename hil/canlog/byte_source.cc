@@ -121,7 +121,9 @@ const char* ByteSource::packing() const { return unpacker_ ? unpacker_->name() :
 
 std::size_t ByteSource::Read(std::span<char> out) {
   if (!unpacker_) {
-    return ReadPlain(out);
+    const std::size_t bytes = ReadPlain(out);
+    certain_ += bytes;
+    return bytes;
   }
   std::size_t made = 0;
   while (made < out.size() && error_.empty()) {
@@ -137,6 +139,7 @@ std::size_t ByteSource::Read(std::span<char> out) {
     input_ = input_.subspan(step.used);
     made += step.made;
     unpacker_->between_members = step.end;
+    certain_ = step.end ? given_ + made : certain_;
     if (step.corrupt) {
       error_ = fmt::format("{} data that make no sense, near byte {} of the file",
                            unpacker_->name(), at + step.used);
@@ -145,6 +148,7 @@ std::size_t ByteSource::Read(std::span<char> out) {
                            position_);
     }
   }
+  given_ += made;
   return made;
 }
 

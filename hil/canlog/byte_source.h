@@ -32,6 +32,9 @@ class ByteSource {
   /// Bytes read of the file itself, and how many it has; 0: not known.
   std::uint64_t file_position() const { return position_; }
   std::uint64_t file_size() const { return size_; }
+  /// Bytes given so far that are beyond doubt: of packed data, those of the members or frames that
+  /// came to their ends, checksums included.
+  std::uint64_t certain() const { return certain_; }
   const char* packing() const;  ///< "gz", "zstd" or "none"
 
  private:
@@ -49,6 +52,8 @@ class ByteSource {
   std::span<const char> input_;  ///< of packed_: read and not yet used
   std::uint64_t position_ = 0;
   std::uint64_t size_ = 0;
+  std::uint64_t given_ = 0;
+  std::uint64_t certain_ = 0;
   std::string error_;
 };
 

@@ -15,14 +15,6 @@ using Json = nlohmann::ordered_json;
 
 constexpr double kMsPerS = 1e3;
 
-std::string PayloadText(const LogFrame& frame) {
-  std::string text = frame.remote ? fmt::format("remote {}", frame.length) : "";
-  for (int i = 0; i < frame.payload_bytes(); ++i) {
-    text += fmt::format("{:02X}", frame.data[static_cast<std::size_t>(i)]);
-  }
-  return text;
-}
-
 Json FrameJson(const std::optional<LogFrame>& frame) {
   if (!frame) {
     return nullptr;

@@ -161,6 +161,14 @@ std::string FrameName(const IdKey& id) {
   return node > 0 ? fmt::format("{} {}", head.name, node) : std::string(head.name);
 }
 
+std::string PayloadText(const LogFrame& frame) {
+  std::string text = frame.remote ? fmt::format("remote {}", frame.length) : "";
+  for (int i = 0; i < frame.payload_bytes(); ++i) {
+    text += fmt::format("{:02X}", frame.data[static_cast<std::size_t>(i)]);
+  }
+  return text;
+}
+
 std::string StampText(std::int64_t ns) {
   const std::int64_t seconds = ns / 1'000'000'000;
   const std::int64_t rest = ns % 1'000'000'000;

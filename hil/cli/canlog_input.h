@@ -70,6 +70,8 @@ std::string Dump(const nlohmann::ordered_json& object);
 std::string IdText(const IdKey& id);
 /// "tpdo1_joint_feedback 3"; empty: neither the base nor the arm has the id.
 std::string FrameName(const IdKey& id);
+/// "01F4000000000000", "remote 4".
+std::string PayloadText(const LogFrame& frame);
 /// Seconds of the log's clock: microseconds, or nanoseconds where there are any.
 std::string StampText(std::int64_t ns);
 

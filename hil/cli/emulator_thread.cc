@@ -60,6 +60,7 @@ void EmulatorThread::Tick(Time now) {
     emulator_.Step(now);
     if (emulator_.FrameDue(now)) {
       emulator_.Render(frames_->Back());
+      folder_.Depth(frames_->Back(), now);
       frames_->Publish();
     }
   }

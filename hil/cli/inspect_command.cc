@@ -15,6 +15,7 @@
 #include "hil/cli/bus_choice.h"
 #include "hil/cli/can_interfaces.h"
 #include "hil/cli/inspection.h"
+#include "hil/cli/program_record.h"
 #include "hil/cli/realtime_run.h"
 #include "hil/cli/virtual_run.h"
 #include "hil/plant/robot_description.h"
@@ -46,6 +47,7 @@ nlohmann::ordered_json Head(const Scenario& scenario, const InspectionOptions& o
           {"faults", FaultsJson(options)},
           {"seed", options.seed},
           {"planner", Name(options.planner)},
+          {"program", ProgramJson(scenario, options)},
           {"stop_reason", "running"}};
 }
 
@@ -133,7 +135,7 @@ int Inspect(const InspectionOptions& options) {
     error = OpenBus(options, bus, &interfaces);
   }
   if (error.empty()) {
-    error = folder.Open(FolderOf(scenario, options), Head(scenario, options));
+    error = folder.Open(FolderOf(scenario, options), Head(scenario, options), options.record_depth);
   }
   if (!error.empty()) {
     fmt::print(stderr, "pipewright: {}\n", error);
@@ -222,6 +224,9 @@ void AddInspect(CLI::App& app, int* exit_code) {
       ->excludes(faults);  // only what is emulated can be made to fail
   command->add_option("--out", options->out,
                       "folder for the evidence (default: runs/SCENARIO[-FAULTS]-PLANNER-SEED)");
+  command->add_flag("--record-depth", options->record_depth,
+                    "the depth frames too, so that `pipewright replay` can show the program all\n"
+                    "that it saw; some 0.25 MB a second");
   command->add_option("--time-limit", options->time_limit_s, "of simulated time, s")
       ->check(InRange(1, 1e5))
       ->capture_default_str();

@@ -26,6 +26,7 @@ struct InspectionOptions {
   bool no_devices = false;       ///< on a real bus: the devices are elsewhere
   bool ask_fifo = true;          ///< on a real bus: real-time scheduling and locked memory
   std::string out;               ///< empty: runs/<scenario>[-<faults>]-<planner>-<seed>
+  bool record_depth = false;     ///< into the folder, for a replay
   bool json = false;
   double time_limit_s = 1800;  ///< of simulated time
 };

@@ -110,6 +110,7 @@ class RealtimeRun final : public ThreadObserver {
   MissionState state_ = MissionState::kStart;
   Time next_progress_{};
   std::optional<Time> stopping_since_;
+  std::optional<Time> interrupted_;
 };
 
 void RealtimeRun::OnControl(const ControlReport& report, Duration took) {
@@ -158,8 +159,11 @@ void RealtimeRun::ReadPlans() {
 }
 
 bool RealtimeRun::Done(Time now) {
-  const bool ended = state_ == MissionState::kDone || state_ == MissionState::kFault ||
-                     (hooks_.interrupted && hooks_.interrupted());
+  const bool interrupted = hooks_.interrupted && hooks_.interrupted();
+  if (interrupted) {
+    interrupted_ = interrupted_.value_or(now);
+  }
+  const bool ended = state_ == MissionState::kDone || state_ == MissionState::kFault || interrupted;
   if (ended && !stopping_since_) {
     program_->RequestStop();
     stopping_since_ = now;
@@ -205,12 +209,13 @@ nlohmann::ordered_json RealtimeRun::Figures(Time end, Status started) {
   RunFigures& figures = emulation_.figures();
   figures.wall_s = ToSeconds(end);
   figures.step_ms = step_ms_;
+  figures.interrupted = interrupted_;
   const std::string detail = started == Status::kOk
                                  ? StopDetail(program_->planning().output(),
                                               program_->control().report(), program_->camera_lost())
                                  : "the system gives no threads";
-  nlohmann::ordered_json run = RunJson(options_, scenario_.name, *program_, emulation_.emulator(),
-                                       figures, can, end, detail);
+  nlohmann::ordered_json run =
+      RunJson(options_, scenario_, *program_, emulation_.emulator(), figures, can, end, detail);
   const auto granted = [](int error) {
     return std::string(error == 0 ? "granted" : std::strerror(error));
   };

@@ -7,6 +7,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "hil/cli/program_record.h"
+
 namespace pipewright::hil {
 namespace {
 
@@ -72,7 +74,7 @@ Json FaultsJson(const InspectionOptions& options) {
   return options.faults ? Json(NameOfConditions(*options.faults)) : Json(nullptr);
 }
 
-Json RunJson(const InspectionOptions& options, const std::string& scenario,
+Json RunJson(const InspectionOptions& options, const Scenario& scenario,
              const RobotProgram& program, const Emulator& emulator, const RunFigures& figures,
              const CanFigures& can, Time end, const std::string& stop_detail) {
   const MissionOutput& mission = program.planning().output();
@@ -81,12 +83,15 @@ Json RunJson(const InspectionOptions& options, const std::string& scenario,
   const Truth& truth = emulator.truth();
   const Truth::Coverage coverage = truth.coverage();
   Json run;
-  run["scenario"] = scenario;
+  run["scenario"] = scenario.name;
   run["faults"] = FaultsJson(options);
   run["seed"] = options.seed;
   run["planner"] = Name(options.planner);
+  run["program"] = ProgramJson(scenario, options);
   run["stop_reason"] = Name(mission.stop);
   run["stop_detail"] = stop_detail;
+  run["interrupted_s"] =
+      figures.interrupted ? Json(ToSeconds(*figures.interrupted)) : Json(nullptr);
   run["sim_time_s"] = ToSeconds(end);
   run["wall_time_s"] = figures.wall_s;
   run["voxels"] = {{"total", counts.total},       {"free", counts.free},

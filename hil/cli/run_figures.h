@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <vector>
 
 #include "ctrl/robot_program/robot_program.h"
@@ -39,6 +40,7 @@ struct RunFigures {
   PoseError wheels_max;      ///< of what the wheels alone tell
   double covered_95_s = -1;  ///< when the true coverage ratio first reached 0.95; < 0: never
   double wall_s = 0;
+  std::optional<Time> interrupted;  ///< when somebody asked the robot to stop
 
   void Add(const ControlReport& report);
 };
@@ -57,7 +59,7 @@ struct CanFigures {
 nlohmann::ordered_json FaultsJson(const InspectionOptions& options);
 
 /// run.json's object.
-nlohmann::ordered_json RunJson(const InspectionOptions& options, const std::string& scenario,
+nlohmann::ordered_json RunJson(const InspectionOptions& options, const Scenario& scenario,
                                const RobotProgram& program, const Emulator& emulator,
                                const RunFigures& figures, const CanFigures& can, Time end,
                                const std::string& stop_detail);

@@ -7,6 +7,7 @@
 #include <iterator>
 #include <system_error>
 
+#include "hil/replay/depth_recording.h"
 #include "perception/octomap/octomap_file.h"
 #include "platform/can/candump.h"
 
@@ -28,7 +29,8 @@ void Append(fmt::memory_buffer& line, double value) {
 
 }  // namespace
 
-std::string RunFolder::Open(const fs::path& folder, const nlohmann::ordered_json& head) {
+std::string RunFolder::Open(const fs::path& folder, const nlohmann::ordered_json& head,
+                            bool record_depth) {
   std::error_code error;
   if (fs::exists(folder, error) && !fs::is_directory(folder, error)) {
     return fmt::format("{}: is not a folder", folder.string());
@@ -43,13 +45,14 @@ std::string RunFolder::Open(const fs::path& folder, const nlohmann::ordered_json
     return fmt::format("{}: {}", folder.string(), error.message());
   }
   folder_ = folder;
-  for (const char* old : {"map.bt", "map.ot", "report.html"}) {
+  for (const char* old : {"map.bt", "map.ot", "report.html", kDepthFileName}) {
     fs::remove(folder / old, error);
   }
   trace_.open(folder / "trace.csv", std::ios::binary);
   can_.open(folder / "can.log", std::ios::binary);
   plan_.open(folder / "plan.jsonl", std::ios::binary);
-  if (!trace_ || !can_ || !plan_) {
+  const bool depth = !record_depth || depth_.Open(folder / kDepthFileName);
+  if (!trace_ || !can_ || !plan_ || !depth) {
     return fmt::format("{}: cannot write there", folder.string());
   }
   trace_ << kTraceHead;
@@ -93,6 +96,12 @@ void RunFolder::Can(const can::Frame& frame, std::string_view interface) {
   }
 }
 
+void RunFolder::Depth(const DepthFrame& frame, Time given) {
+  if (depth_.is_open()) {
+    depth_.Add(frame, given);
+  }
+}
+
 void RunFolder::Plan(const nlohmann::ordered_json& step) { plan_ << step.dump() << '\n'; }
 
 void RunFolder::Text(const char* name, const std::string& text) {
@@ -120,11 +129,13 @@ void RunFolder::Map(const VoxelGrid& map) {
 }
 
 std::string RunFolder::Close() {
+  bool whole = !depth_.is_open() || depth_.Close();
   for (std::ofstream* file : {&trace_, &can_, &plan_}) {
     file->close();
-    if (!*file) {
-      failed_ = fmt::format("{}: a file could not be written whole", folder_.string());
-    }
+    whole = whole && file->good();
+  }
+  if (!whole) {
+    failed_ = fmt::format("{}: a file could not be written whole", folder_.string());
   }
   return failed_;
 }

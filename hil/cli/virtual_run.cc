@@ -11,7 +11,7 @@
 #include <optional>
 #include <thread>
 
-#include "hil/cli/heap_watch.h"
+#include "hil/cli/program_loop.h"
 #include "hil/cli/report_page.h"
 #include "hil/cli/truth_watch.h"
 #include "platform/can/cia402.h"
@@ -25,13 +25,10 @@ namespace {
 using std::chrono_literals::operator""s;
 using WallClock = std::chrono::steady_clock;
 
-constexpr Duration kPlanPeriod = std::chrono::milliseconds(50);
 constexpr Duration kSamplePeriod = std::chrono::milliseconds(100);  ///< of the report's slow plots
 constexpr Duration kStopTimeout = 5s;  ///< for the robot to come to rest and be disabled
 
-double Microseconds(WallClock::time_point since) {
-  return std::chrono::duration<double, std::micro>(WallClock::now() - since).count();
-}
+static_assert(ProgramLoop::kTick == Emulator::kTick);
 
 std::int64_t WallNanoseconds() { return WallClock::now().time_since_epoch().count(); }
 
@@ -44,11 +41,12 @@ RobotProgramConfig Timed(RobotProgramConfig config) {
 /// both, on which every device is a node of its own.
 class Wires {
  public:
-  explicit Wires(bool shared) : base_(can::kTracerBitrate), robot_base_(*base_.Attach()) {
+  explicit Wires(bool shared) : base_(can::kTracerBitrate) {
+    AddRobot(base_);
     AddDevices(base_, shared ? kDevices : 1);
     if (!shared) {
       arm_.emplace(can::kArmBitrate);
-      robot_arm_ = arm_->Attach();
+      AddRobot(*arm_);
       AddDevices(*arm_, 1);
       arm_tap_ = arm_->AttachListener();
     }
@@ -62,8 +60,8 @@ class Wires {
     }
     return ports;
   }
-  can::LoopbackBus::Port& robot_base() { return robot_base_; }
-  can::LoopbackBus::Port& robot_arm() { return *robot_arm_; }
+  Port& robot_base() { return robot_.front(); }
+  Port& robot_arm() { return robot_.back(); }
 
   void AdvanceTo(Time now, RunFolder& folder) {
     base_.AdvanceTo(now);
@@ -85,19 +83,25 @@ class Wires {
   /// As the robot's ports saw it; what any device's lost is counted too.
   CanFigures Figures() const {
     CanFigures figures;
-    Add(robot_base_, figures);
+    for (const can::LoopbackBus::Port* robot : robot_ports_) {
+      Add(*robot, figures);
+    }
     for (const can::LoopbackBus::Port* device : device_ports_) {
       figures.dropped += Dropped(*device);
     }
     figures.load_peak = base_.PeakLoad();
     if (arm_) {
-      Add(*robot_arm_, figures);
       figures.load_peak = std::max(figures.load_peak, arm_->PeakLoad());
     }
     return figures;
   }
 
  private:
+  void AddRobot(can::LoopbackBus& bus) {
+    can::LoopbackBus::Port& port = *bus.Attach();
+    robot_ports_.push_back(&port);
+    robot_.emplace_back(port);
+  }
   void AddDevices(can::LoopbackBus& bus, int count) {
     for (int i = 0; i < count; ++i) {
       can::LoopbackBus::Port& port = *bus.Attach();
@@ -116,8 +120,8 @@ class Wires {
 
   can::LoopbackBus base_;
   std::optional<can::LoopbackBus> arm_;
-  can::LoopbackBus::Port& robot_base_;
-  can::LoopbackBus::Port* robot_arm_ = &robot_base_;
+  std::vector<const can::LoopbackBus::Port*> robot_ports_;
+  std::deque<PortOf<can::LoopbackBus::Port>> robot_;  ///< the base's and the arm's, or one for both
   std::vector<const can::LoopbackBus::Port*> device_ports_;
   std::deque<PortOf<can::LoopbackBus::Port>> devices_;
   can::LoopbackBus::Port* base_tap_ = nullptr;
@@ -158,7 +162,7 @@ std::string Reason(const MissionOutput& mission) {
   return "";
 }
 
-class VirtualRun {
+class VirtualRun final : public ProgramPeer {
  public:
   VirtualRun(const Scenario& scenario, const InspectionOptions& options, RunFolder& folder,
              const RunHooks& hooks)
@@ -171,16 +175,21 @@ class VirtualRun {
             std::make_unique<RobotProgram>(Timed(ProgramConfig(scenario, options)), TracerUf7())),
         emulator_(scenario, HomeJoints(TracerUf7()), options.seed, wires_.DevicePorts()),
         recorder_(LimitsOf(ProgramConfig(scenario, options))),
-        frame_(std::make_unique<DepthFrame>()),
-        period_(FromSeconds(1 / options.rate_hz)) {}
+        loop_(*program_, FromSeconds(1 / options.rate_hz), *this) {}
 
   nlohmann::ordered_json Run();
 
  private:
+  void AdvanceTo(Time now) override;
+  Port& base() override { return wires_.robot_base(); }
+  Port& arm() override { return wires_.robot_arm(); }
+  bool See(Time now, DepthFrame& frame) override;
+  bool StopAsked(Time now) override;
+  void OnControl(const ControlReport& report, std::chrono::nanoseconds took,
+                 std::uint64_t allocations) override;
+  void OnPlan(Time now, const PlanningTask& planning, std::chrono::nanoseconds took) override;
+
   void Tick();
-  void Cycle();
-  void See();
-  void Plan();
   bool Done() const;
 
   const Scenario& scenario_;
@@ -192,11 +201,8 @@ class VirtualRun {
   Emulator emulator_;
   RunRecorder recorder_;
   nlohmann::ordered_json plan_ = nlohmann::ordered_json::array();
-  std::unique_ptr<DepthFrame> frame_;
-  Duration period_;
+  ProgramLoop loop_;
   Time now_{};
-  Time next_cycle_{};
-  Time next_plan_{};
   Time next_sample_{};
   Time next_progress_{};
   std::optional<Time> stopping_since_;
@@ -205,56 +211,50 @@ class VirtualRun {
   WallClock::time_point wall_start_;
 };
 
-void VirtualRun::Cycle() {
-  const WallClock::time_point start = WallClock::now();
-  const HeapWatch heap;
-  const ControlReport& report = program_->Control(wires_.robot_base(), wires_.robot_arm(), now_);
-  figures_.heap_allocations += heap.allocations();
-  const double cycle_us = Microseconds(start);
+void VirtualRun::AdvanceTo(Time now) {
+  wires_.AdvanceTo(now, folder_);
+  emulator_.Step(now);
+}
+
+bool VirtualRun::See(Time now, DepthFrame& frame) {
+  const bool due = emulator_.FrameDue(now);
+  if (due) {
+    emulator_.Render(frame);
+    folder_.Depth(frame, now);
+  }
+  return due;
+}
+
+bool VirtualRun::StopAsked(Time now) {
+  const bool asked = hooks_.interrupted && hooks_.interrupted();
+  if (asked) {
+    figures_.interrupted = figures_.interrupted.value_or(now);
+    stopping_since_ = stopping_since_.value_or(now);
+  }
+  return asked;
+}
+
+void VirtualRun::OnControl(const ControlReport& report, std::chrono::nanoseconds took,
+                           std::uint64_t allocations) {
+  const double cycle_us = 1e6 * ToSeconds(took);
+  figures_.heap_allocations += allocations;
   figures_.cycle_us.push_back(static_cast<float>(cycle_us));
   figures_.Add(report);
-  const Clearance& clearance = emulator_.Measure(now_);
+  const Clearance& clearance = emulator_.Measure(report.now);
   watch_.Add(report, emulator_, figures_);
-  recorder_.Cycle(ToSeconds(now_), CycleSampleOf(report, clearance, cycle_us));
+  recorder_.Cycle(ToSeconds(report.now), CycleSampleOf(report, clearance, cycle_us));
   folder_.Trace(report, emulator_.plant(), clearance, program_->mapping().map().counts());
 }
 
-void VirtualRun::See() {
-  emulator_.Render(*frame_);
-  // A frame that comes before the robot knows where it is, is dropped and counted by the task.
-  static_cast<void>(program_->Map(*frame_));
-}
-
-void VirtualRun::Plan() {
-  const int steps = program_->planning().output().plan_steps;
-  const WallClock::time_point start = WallClock::now();
-  const MissionOutput& mission = program_->Plan(now_);
-  if (mission.planned && mission.plan_steps != steps) {
-    figures_.step_ms.push_back(static_cast<float>(Microseconds(start) * 1e-3));
-    plan_.push_back(
-        PlanJson(now_, mission, program_->planning().goal(), program_->mapping().map().counts()));
-    folder_.Plan(plan_.back());
-  }
+void VirtualRun::OnPlan(Time now, const PlanningTask& planning, std::chrono::nanoseconds took) {
+  figures_.step_ms.push_back(static_cast<float>(1e3 * ToSeconds(took)));
+  plan_.push_back(
+      PlanJson(now, planning.output(), planning.goal(), program_->mapping().map().counts()));
+  folder_.Plan(plan_.back());
 }
 
 void VirtualRun::Tick() {
-  wires_.AdvanceTo(now_, folder_);
-  emulator_.Step(now_);
-  if (emulator_.FrameDue(now_)) {
-    See();
-  }
-  if (now_ >= next_plan_) {
-    next_plan_ += kPlanPeriod;
-    Plan();
-  }
-  if (now_ >= next_cycle_) {
-    next_cycle_ += period_;
-    Cycle();
-    if (hooks_.interrupted && hooks_.interrupted()) {
-      program_->RequestStop();
-      stopping_since_ = stopping_since_.value_or(now_);
-    }
-  }
+  loop_.Tick(now_);
   if (now_ >= next_sample_) {
     next_sample_ += kSamplePeriod;
     recorder_.Map(ToSeconds(now_), MapSampleOf(program_->mapping().map(), emulator_,
@@ -289,18 +289,18 @@ nlohmann::ordered_json VirtualRun::Run() {
     if ((state == MissionState::kDone || state == MissionState::kFault) && !stopping_since_) {
       stopping_since_ = now_;
     }
-    now_ += Emulator::kTick;
+    now_ += ProgramLoop::kTick;
     if (options_.realtime) {
       std::this_thread::sleep_until(wall_start_ + now_.time_since_epoch());
     }
   }
-  figures_.wall_s = 1e-6 * Microseconds(wall_start_);
+  figures_.wall_s = ToSeconds(WallClock::now() - wall_start_);
   program_->TakeResidual();
   folder_.Map(program_->mapping().map());
   const std::string detail = StopDetail(program_->planning().output(), program_->control().report(),
                                         program_->camera_lost());
-  nlohmann::ordered_json run = RunJson(options_, scenario_.name, *program_, emulator_, figures_,
-                                       wires_.Figures(), now_, detail);
+  nlohmann::ordered_json run =
+      RunJson(options_, scenario_, *program_, emulator_, figures_, wires_.Figures(), now_, detail);
   folder_.Text("report.html", ReportPage(run, plan_, recorder_, scenario_, emulator_.truth()));
   return run;
 }

@@ -14,7 +14,7 @@ namespace pipewright::can {
 ///            kUnavailable: bus off or interface gone.
 ///   Receive  true: frame holds the oldest frame not yet read; its stamp is set.
 template <typename B>
-concept Bus = requires(B bus, const Frame& tx, Frame& rx) {
+concept Bus = requires(B& bus, const Frame& tx, Frame& rx) {
   { bus.Send(tx) } -> std::same_as<Status>;
   { bus.Receive(rx) } -> std::same_as<bool>;
 };

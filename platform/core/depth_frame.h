@@ -18,6 +18,8 @@ struct CameraIntrinsics {
   double cy = 0;
   double z_min_m = 0;  ///< readings nearer than this are wrong, not just noisy
   double z_max_m = 0;  ///< readings farther than this are not used
+
+  friend constexpr bool operator==(const CameraIntrinsics&, const CameraIntrinsics&) = default;
 };
 
 /// One depth image as the device sends it (Z16): depth along z_S in millimetres, 0 is no reading.

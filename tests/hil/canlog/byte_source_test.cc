@@ -60,6 +60,27 @@ TEST(ByteSource, GivesTheSameBytesHoweverTheyArePacked) {
   }
 }
 
+TEST(ByteSource, IsCertainOfWhatAChecksumCameBehind) {
+  const std::string first = Noise(1000);
+  const std::string second = Noise(70'000);
+  const auto certain = [](const std::string& bytes) {
+    ByteSource source;
+    EXPECT_EQ(source.Open(File(bytes)), "");
+    All(source, 100);
+    return source.certain();
+  };
+  EXPECT_EQ(certain(first), first.size());
+  for (const auto& pack : {Gz, Zstd}) {
+    const std::string one = pack(first);
+    const std::string both = one + pack(second);
+    EXPECT_EQ(certain(both), first.size() + second.size());
+    EXPECT_EQ(certain(both.substr(0, both.size() - 1)), first.size());
+    EXPECT_EQ(certain(both.substr(0, one.size() + 1)), first.size());
+    EXPECT_EQ(certain(both.substr(0, one.size())), first.size());
+    EXPECT_EQ(certain(both.substr(0, one.size() - 1)), 0U);
+  }
+}
+
 TEST(ByteSource, SaysWherePackedDataStopOrMakeNoSense) {
   const std::string text = Noise(100'000);
   for (const std::string& packed : {Gz(text), Zstd(text)}) {

@@ -35,9 +35,9 @@ TEST(Command, HelpsAndTellsItsVersion) {
     EXPECT_EQ(result.error, "");
   }
   const CommandResult inspect = Pipewright("inspect --help", folder);
-  for (const char* option :
-       {"--scenario", "--faults", "--seed", "--planner", "--svfi", "--alpha", "--joint-risk",
-        "--rate", "--realtime", "--bus", "--out", "--time-limit", "--json", "Exit code"}) {
+  for (const char* option : {"--scenario", "--faults", "--seed", "--planner", "--svfi", "--alpha",
+                             "--joint-risk", "--rate", "--realtime", "--bus", "--record-depth",
+                             "--out", "--time-limit", "--json", "Exit code"}) {
     EXPECT_NE(inspect.out.find(option), std::string::npos) << option;
   }
 }
@@ -48,7 +48,7 @@ TEST(Command, SaysWhichFlagIsWrongAndStartsNothing) {
     const char* expected;  ///< in what it says
   } cases[] = {
       {"", "subcommand"},
-      {"dance", "no command 'dance'; there are: canlog inspect map memory primitives qp"},
+      {"dance", "no command 'dance'; there are: canlog inspect map memory primitives qp replay"},
       {"inspect --colour blue", "--colour"},
       {"inspect --seed twelve", "--seed"},
       {"inspect --seed -1", "--seed"},
@@ -64,6 +64,10 @@ TEST(Command, SaysWhichFlagIsWrongAndStartsNothing) {
       {"inspect --scenario", "--scenario"},
       {"inspect --faults", "--faults"},
       {"inspect --faults rough --bus can0 --no-devices", "--faults"},
+      {"replay", "LOG"},
+      {"replay run --speed 0", "--speed"},
+      {"replay run --speed fast", "--speed"},
+      {"replay nowhere", "run.json: cannot be read"},
   };
   for (const auto& c : cases) {
     SCOPED_TRACE(c.arguments);

@@ -106,7 +106,8 @@ class RunJsonTest : public testing::Test {
     figures_.cycle_us = {1, 2, 3, 4};
     figures_.step_ms = {50, 20, 30};
     figures_.wall_s = 2.5;
-    run_ = RunJson(options_, "cell", *program_, *emulator_, figures_,
+    figures_.interrupted = Time{std::chrono::milliseconds(9250)};
+    run_ = RunJson(options_, *result.scenario, *program_, *emulator_, figures_,
                    {.tx = 11, .rx = 12, .dropped = 1, .load_peak = 0.25},
                    Time{std::chrono::milliseconds(10000)}, "nothing");
   }
@@ -124,6 +125,8 @@ TEST_F(RunJsonTest, HasEveryKeyThatItsReadersCountOn) {
   const char* const kText[] = {"/scenario", "/planner", "/stop_reason", "/svfi/mode"};
   const char* const kNumbers[] = {"/seed",
                                   "/sim_time_s",
+                                  "/interrupted_s",
+                                  "/program/rate_hz",
                                   "/wall_time_s",
                                   "/voxels/total",
                                   "/voxels/free",

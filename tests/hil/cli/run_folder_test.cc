@@ -7,6 +7,8 @@
 #include <sstream>
 
 #include "hil/plant/robot_description.h"
+#include "hil/replay/depth_reader.h"
+#include "hil/replay/depth_recording.h"
 #include "platform/can/candump.h"
 #include "tests/support/command.h"
 
@@ -156,6 +158,31 @@ TEST(RunFolder, WritesFramesAsCandumpDoes) {
   Live(folder);
   ASSERT_EQ(folder.Close(), "");
   EXPECT_EQ(ReadFile(path / "can.log"), "(0000000001.230000) can0 111#ABCD\n");
+}
+
+TEST(RunFolder, RecordsDepthOnlyWhenAsked) {
+  const fs::path path = TestFolder() / "run";
+  const auto frame = std::make_unique<DepthFrame>();
+  frame->camera = {2, 1, 1, 1, 0.5, 0, 0.1, 5};
+  frame->depth_mm[1] = 1234;
+  const auto record = [&](bool asked) {
+    RunFolder folder;
+    ASSERT_EQ(folder.Open(path, kHead, asked), "");
+    folder.Depth(*frame, Time{std::chrono::milliseconds(70)});
+    EXPECT_EQ(folder.Close(), "");
+  };
+  record(true);
+  DepthReader reader;
+  ASSERT_EQ(reader.Open(path / kDepthFileName), "");
+  const auto read = std::make_unique<DepthFrame>();
+  Time given{};
+  ASSERT_TRUE(reader.Next(*read, given));
+  EXPECT_EQ(given, Time{std::chrono::milliseconds(70)});
+  EXPECT_EQ(read->depth_mm, frame->depth_mm);
+  EXPECT_FALSE(reader.Next(*read, given));
+  EXPECT_EQ(reader.end(), "");
+  record(false);  // and nothing is left of the earlier run's
+  EXPECT_FALSE(fs::exists(path / kDepthFileName));
 }
 
 TEST(RunFolder, PutsATextInPlaceWholeAndSaysWhenItCannot) {

@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include "hil/cli/replay_run.h"
+#include "hil/replay/depth_recording.h"
 #include "platform/robot/uf7.h"
 #include "tests/support/command.h"
 
@@ -70,7 +72,7 @@ TEST(RunVirtual, ComesToRestAndLeavesAWholeFolderWhenInterrupted) {
   const ScenarioResult shipped = LoadScenario("pipes1");
   ASSERT_TRUE(shipped.scenario);
   RunFolder folder;
-  ASSERT_EQ(folder.Open(path, {{"stop_reason", "running"}}), "");
+  ASSERT_EQ(folder.Open(path, {{"stop_reason", "running"}}, /*record_depth=*/true), "");
   int cycles = 0;
   int seconds = 0;
   RunHooks hooks;
@@ -90,6 +92,19 @@ TEST(RunVirtual, ComesToRestAndLeavesAWholeFolderWhenInterrupted) {
   EXPECT_GT(fs::file_size(path / "can.log"), 100'000U);
   EXPECT_GE(run["control"]["cycles"], 300);
   EXPECT_EQ(run["control"]["heap_allocations"], 0);
+
+  // And somebody's word, too, is replayed at its instant.
+  const RecordedProgramResult recorded = ReadProgram(run);
+  ASSERT_TRUE(recorded.program) << recorded.error;
+  RecordedBus bus(path / "can.log");
+  DepthReader depth;
+  ASSERT_EQ(bus.Open(), "");
+  ASSERT_EQ(depth.Open(path / kDepthFileName), "");
+  const nlohmann::ordered_json replay =
+      RunReplay({.program = *recorded.program, .bus = bus, .depth = &depth});
+  EXPECT_EQ(bus.comparison().differences(), 0U);
+  EXPECT_EQ(bus.comparison().same(), run["can"]["tx"].get<std::uint64_t>());
+  EXPECT_NEAR(replay["replayed_s"], run["sim_time_s"], 0.02);
 }
 
 }  // namespace
