@@ -105,14 +105,21 @@ void AddWords(CLI::App& command, CanlogOptions& options, Work& work) {
       "of two logs: where the frames of each id first differ, in their own order and on whatever\n"
       "channel; and how their times do",
       Diff);
-  add("export",
+  CLI::App* const exports = add(
+      "export",
       "the signals of base and arm as one table in CSV, a column a signal, in the order of time:\n"
-      "opens in PlotJuggler",
-      CanlogExport)
+      "opens in PlotJuggler. Or --mcap",
+      CanlogExport);
+  exports
       ->add_option("--every", options.every_s,
                    "a row every so many s, with what was sent last; without this, a row for each\n"
                    "time at which something was sent, and cells empty of what was not")
       ->check(CLI::Range(1e-6, 1e6));
+  exports->add_option(
+      "--mcap", options.mcap,
+      "instead, write an MCAP file of ROS 2 messages, for Foxglove, Rerun and PlotJuggler:\n"
+      "/joint_states, /joint_commands, /odom and /tf (by the robot's wheel odometry),\n"
+      "/cmd_vel, /diagnostics");
   add("dbc",
       "the frames of base and arm as a DBC file, for other programs that look into CAN; takes no\n"
       "log",
@@ -149,6 +156,7 @@ void AddCanlog(CLI::App& app, int* exit_code) {
       "Examples: pipewright canlog run/can.log --bitrate 500000\n"
       "          candump -L can0 | pipewright canlog - --json\n"
       "          pipewright canlog run/can.log export --signal position,velocity >joints.csv\n"
+      "          pipewright canlog run/can.log export --mcap run.mcap\n"
       "          pipewright canlog dbc --device tracer >tracer.dbc");
 }
 

@@ -330,6 +330,43 @@ TEST(CanlogExport, PrintsATableOfTheSignalsThatTheLogHas) {
                                 "1.000000,0.5,0,", "1.020000,0.5,0,1", "1.040000,0.5,-0.3,0"}));
 }
 
+// What is in the file is tested by mcap_by_spec.py.
+TEST(CanlogExport, WritesAnMcapFileAndNamesItsTopics) {
+  const fs::path folder = TestFolder();
+  WriteFile(folder / "a.log",
+            "(1.000000) can1 111#01F4000000000000\n(1.000000) can0 111#01F4000000000000\n"
+            "(1.000000) can0 181#0000000000000000\n(1.000000) can0 111#01F4000000000000\n");
+  const json run = Parsed(Canlog("a.log export --mcap a.mcap --json", folder));
+  EXPECT_EQ(run["bytes"], fs::file_size(folder / "a.mcap"));
+  EXPECT_EQ(run["frames"], 4);
+  EXPECT_EQ(run["topics"], json::parse(R"([
+      {"topic": "/cmd_vel", "type": "geometry_msgs/msg/TwistStamped", "messages": 1},
+      {"topic": "/can0/cmd_vel", "type": "geometry_msgs/msg/TwistStamped", "messages": 2},
+      {"topic": "/joint_states", "type": "sensor_msgs/msg/JointState", "messages": 1}])"));
+  const CommandResult text = Canlog("a.log export --mcap a.mcap", folder);
+  EXPECT_EQ(text.exit_code, 0);
+  EXPECT_NE(text.out.find("/can0/cmd_vel                     2  geometry_msgs/msg/TwistStamped\n"),
+            std::string::npos)
+      << text.out;
+}
+
+TEST(CanlogExport, WritesNoMcapFileOfWhatItCannotRead) {
+  const fs::path folder = TestFolder();
+  WriteFile(folder / "a.log", "(1.000000) can1 111#01F4000000000000\n");
+  EXPECT_EQ(Canlog("none.log export --mcap out.mcap", folder).exit_code, 2);
+  EXPECT_FALSE(fs::exists(folder / "out.mcap"));
+  const CommandResult both = Canlog("a.log export --mcap out.mcap --every 1", folder);
+  EXPECT_EQ(both.exit_code, 2);
+  EXPECT_NE(both.error.find("goes without --every and --signal"), std::string::npos);
+  const CommandResult nowhere = Canlog("a.log export --mcap nowhere/out.mcap", folder);
+  EXPECT_EQ(nowhere.exit_code, 1);
+  EXPECT_NE(nowhere.error.find("nowhere/out.mcap: cannot be written: No such file or directory"),
+            std::string::npos);
+  const CommandResult full = Canlog("a.log export --mcap /dev/full", folder);
+  EXPECT_EQ(full.exit_code, 1);
+  EXPECT_NE(full.error.find("No space left on device"), std::string::npos);
+}
+
 TEST(CanlogExport, NamesTheChannelWhereAnIdIsOnSeveral) {
   const fs::path folder = TestFolder();
   WriteFile(folder / "a.log", "(1.000000) can1 421#01\n(1.000000) can0 421#02\n");
