@@ -205,12 +205,12 @@ void WriteRos(CdrWriter& to, const RosOdometry& message) {
   PutHeader(to, message.header);
   to.Put(message.child_frame);
   PutPose(to, message.x_m, message.y_m, message.yaw_rad);
-  constexpr int kOfPlane[6] = {0, 1, -1, -1, -1, 2};  // x, y, z, and turns about x, y, z
-  for (const int row : kOfPlane) {
-    for (const int column : kOfPlane) {
-      to.Put(row < 0 || column < 0
-                 ? 0.0
-                 : message.covariance[static_cast<std::size_t>(3 * row + column)]);
+  constexpr std::size_t kNone = 3;
+  constexpr std::size_t kOfPlane[6] = {0, 1, kNone, kNone, kNone, 2};  // x y z, turns about x y z
+  for (const std::size_t row : kOfPlane) {
+    for (const std::size_t column : kOfPlane) {
+      const bool told = row != kNone && column != kNone;
+      to.Put(told ? message.covariance[3 * row + column] : 0.0);
     }
   }
   PutTwist(to, message.v_mps, message.omega_radps);

@@ -135,14 +135,19 @@ TEST(OctomapFile, RefusesWhatMakesNoSenseAndLeavesTheGridAsItIs) {
   for (int i = 0; i < 17; ++i) {
     deep += Node(0, 1);
   }
-  std::string endless(200'000, '\xFF');  // of a .bt: each node has eight that have eight
+  std::string binary_deep;  // the same of a .bt: 16 nodes to a voxel, and one below it
+  for (int i = 0; i < 16; ++i) {
+    binary_deep += std::string("\x03\x00", 2);
+  }
+  const std::string endless(200'000, '\xFF');  // each node has eight that have eight
   const struct {
     const char* what;
     std::string bytes;
   } cases[] = {
       {"cut within a node", Octree(false, 2, Node(0, 1) + Node(1, 0).substr(0, 3))},
       {"deeper than a voxel", Octree(false, 18, deep + Node(1, 0))},
-      {"deeper than a voxel, .bt", Octree(true, 100'001, endless)},
+      {"deeper than a voxel, .bt", Octree(true, 18, binary_deep + std::string("\x01\x00", 2))},
+      {"ever deeper, .bt", Octree(true, 100'001, endless)},
       {"more nodes than it says", Octree(false, 1, Node(0, 1) + Node(1, 0))},
       {"fewer nodes than it says", Octree(false, 3, Node(0, 1) + Node(1, 0))},
       {"bytes behind the nodes", Octree(false, 1, Node(1, 0) + "x")},
