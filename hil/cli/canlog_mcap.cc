@@ -23,7 +23,7 @@ struct Figures {
 std::string WriteMcap(LogSet& log, std::span<const LogFrame> first, const CanlogOptions& options,
                       Figures& figures) {
   McapWriter file;
-  if (const std::string error = file.Open(options.mcap, "ros2"); !error.empty()) {
+  if (std::string error = file.Open(options.mcap, "ros2"); !error.empty()) {
     return error;
   }
   CanToRos to_ros(file, log.channels(), ControlModesNamed(options.modes));
