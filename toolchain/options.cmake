@@ -14,3 +14,11 @@ if(PIPEWRIGHT_SANITIZE)
     -fsanitize=${PIPEWRIGHT_SANITIZE} -fno-omit-frame-pointer -fno-sanitize-recover=all)
   target_link_options(pipewright_options INTERFACE -fsanitize=${PIPEWRIGHT_SANITIZE})
 endif()
+
+option(PIPEWRIGHT_FUZZ "Build the fuzzers of tests/fuzz instead of the tests; needs clang" OFF)
+if(PIPEWRIGHT_FUZZ)
+  # Coverage tells libFuzzer which inputs lead to something new; checks that a container's use is
+  # within its bounds tell what the sanitizers do not see.
+  target_compile_options(pipewright_options INTERFACE -fsanitize=fuzzer-no-link)
+  target_compile_definitions(pipewright_options INTERFACE _GLIBCXX_ASSERTIONS)
+endif()

@@ -23,7 +23,7 @@ class ByteWindow {
   enum class LineKind {
     kWhole,
     kTooLong,  ///< kMostLine or longer: passed over
-    kCut,      ///< the data end before the line does
+    kCut,      ///< the data end before a line feed does; empty: and it is too long
     kEnd,      ///< nothing is left
   };
 

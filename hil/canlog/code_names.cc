@@ -224,54 +224,108 @@ void AppendEmergencyName(Buffer& to, std::uint32_t code, const ControlModes&) {
   }
 }
 
+/// How the codes of a signal get their names. Of its two tables at most one is not empty; both are
+/// when each code of a byte is asked for its name.
 struct SignalNames {
   std::string_view frame;
   std::string_view signal;
   AppendCode append;
+  std::span<const Named> codes = {};
+  std::span<const Named> bits = {};
+  bool each_of_a_byte = false;
 };
 
-// clang-format off
+template <const auto& kNames>
+constexpr SignalNames OneOf(std::string_view frame, std::string_view signal) {
+  return {frame, signal, AppendOneOf<kNames>, kNames};
+}
+template <const auto& kNames>
+constexpr SignalNames AllOf(std::string_view frame, std::string_view signal) {
+  return {frame, signal, AppendAllOf<kNames>, {}, kNames};
+}
+constexpr SignalNames EachOfAByte(std::string_view frame, std::string_view signal,
+                                  AppendCode append) {
+  return {frame, signal, append, {}, {}, true};
+}
+
 constexpr SignalNames kNames[] = {
-    {"base_state", "vehicle_state", AppendOneOf<kVehicleStates>},
-    {"base_state", "control_mode", AppendControlMode},
-    {"base_state", "errors", AppendAllOf<kBaseErrors>},
-    {"base_light_command", "enabled", AppendOneOf<kOnOff>},
-    {"base_light_command", "front_mode", AppendOneOf<kLightModes>},
-    {"base_light_command", "rear_mode", AppendOneOf<kLightModes>},
-    {"base_light_state", "enabled", AppendOneOf<kOnOff>},
-    {"base_light_state", "front_mode", AppendOneOf<kLightModes>},
-    {"base_light_state", "rear_mode", AppendOneOf<kLightModes>},
-    {"base_remote", "swa", AppendOneOf<kSwitches>},
-    {"base_remote", "swb", AppendOneOf<kSwitches>},
-    {"base_remote", "swc", AppendOneOf<kSwitches>},
-    {"base_remote", "swd", AppendOneOf<kSwitches>},
-    {"base_motor_slow", "driver_state", AppendAllOf<kDriverBits>},
-    {"base_mode_request", "mode", AppendOneOf<kModeRequests>},
-    {"base_error_reset", "what", AppendOneOf<kErrorResets>},
-    {"nmt", "command", AppendOneOf<kNmtCommands>},
-    {"nmt", "node", AppendNode},
-    {"emergency", "code", AppendEmergencyName},
-    {"emergency", "error_register", AppendAllOf<kErrorRegister>},
-    {"rpdo1_joint_command", "controlword", AppendControlword},
-    {"tpdo2_joint_status", "statusword", AppendStatusword},
-    {"tpdo2_joint_status", "mode", AppendOneOf<kDriveModes>},
-    {"sdo_request", "command", AppendSdoKind<false>},
+    OneOf<kVehicleStates>("base_state", "vehicle_state"),
+    EachOfAByte("base_state", "control_mode", AppendControlMode),
+    AllOf<kBaseErrors>("base_state", "errors"),
+    OneOf<kOnOff>("base_light_command", "enabled"),
+    OneOf<kLightModes>("base_light_command", "front_mode"),
+    OneOf<kLightModes>("base_light_command", "rear_mode"),
+    OneOf<kOnOff>("base_light_state", "enabled"),
+    OneOf<kLightModes>("base_light_state", "front_mode"),
+    OneOf<kLightModes>("base_light_state", "rear_mode"),
+    OneOf<kSwitches>("base_remote", "swa"),
+    OneOf<kSwitches>("base_remote", "swb"),
+    OneOf<kSwitches>("base_remote", "swc"),
+    OneOf<kSwitches>("base_remote", "swd"),
+    AllOf<kDriverBits>("base_motor_slow", "driver_state"),
+    OneOf<kModeRequests>("base_mode_request", "mode"),
+    OneOf<kErrorResets>("base_error_reset", "what"),
+    OneOf<kNmtCommands>("nmt", "command"),
+    EachOfAByte("nmt", "node", AppendNode),
+    {"emergency", "code", AppendEmergencyName, kEmergencies},
+    AllOf<kErrorRegister>("emergency", "error_register"),
+    {"rpdo1_joint_command", "controlword", AppendControlword, kControlwords},
+    {"tpdo2_joint_status", "statusword", AppendStatusword, {}, kStatusBits},
+    OneOf<kDriveModes>("tpdo2_joint_status", "mode"),
+    EachOfAByte("sdo_request", "command", AppendSdoKind<false>),
     {"sdo_request", "index", AppendIndex},
-    {"sdo_response", "command", AppendSdoKind<true>},
+    EachOfAByte("sdo_response", "command", AppendSdoKind<true>),
     {"sdo_response", "index", AppendIndex},
-    {"heartbeat", "state", AppendOneOf<kNmtStates>},
+    OneOf<kNmtStates>("heartbeat", "state"),
 };
-// clang-format on
+
+const SignalNames* FindNames(std::string_view frame, std::string_view signal) {
+  for (const SignalNames& names : kNames) {
+    if (names.frame == frame && names.signal == signal) {
+      return &names;
+    }
+  }
+  return nullptr;
+}
 
 }  // namespace
 
 AppendCode NamesOf(std::string_view frame, std::string_view signal) {
-  for (const SignalNames& names : kNames) {
-    if (names.frame == frame && names.signal == signal) {
-      return names.append;
+  const SignalNames* const names = FindNames(frame, signal);
+  return names == nullptr ? nullptr : names->append;
+}
+
+std::vector<CodeName> NamedCodes(std::string_view frame, std::string_view signal,
+                                 const ControlModes& modes) {
+  std::vector<CodeName> named;
+  const SignalNames* const names = FindNames(frame, signal);
+  if (names == nullptr) {
+    return named;
+  }
+  const auto add = [&](std::uint32_t code) {
+    Buffer name;
+    names->append(name, code, modes);
+    if (name[0] < '0' || name[0] > '9') {  // else it has none, and is a number
+      named.push_back({code, fmt::to_string(name)});
+    }
+  };
+  for (const Named& one : names->codes) {
+    add(one.code);
+  }
+  for (std::uint32_t code = 0; names->each_of_a_byte && code < 256; ++code) {
+    add(code);
+  }
+  return named;
+}
+
+std::vector<CodeName> NamedBits(std::string_view frame, std::string_view signal) {
+  std::vector<CodeName> named;
+  if (const SignalNames* const names = FindNames(frame, signal)) {
+    for (const Named& one : names->bits) {
+      named.push_back({one.code, std::string(one.name)});
     }
   }
-  return nullptr;
+  return named;
 }
 
 void AppendText(Buffer& to, std::string_view text) { to.append(text.begin(), text.end()); }

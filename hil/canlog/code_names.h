@@ -4,7 +4,9 @@
 #include <fmt/format.h>
 
 #include <cstdint>
+#include <string>
 #include <string_view>
+#include <vector>
 
 #include "platform/can/tracer_messages.h"
 
@@ -20,6 +22,19 @@ using AppendCode = void (*)(fmt::memory_buffer& to, std::uint32_t code, const Co
 
 /// What names the codes of this signal; null: it is a quantity, or a number such as a count.
 AppendCode NamesOf(std::string_view frame, std::string_view signal);
+
+/// A code, or a bit of one, and what it means.
+struct CodeName {
+  std::uint32_t code = 0;
+  std::string name;
+};
+
+/// The codes of this signal that have a name, for programs that take a table of them; none of a
+/// quantity, a number or a set of bits.
+std::vector<CodeName> NamedCodes(std::string_view frame, std::string_view signal,
+                                 const ControlModes& modes);
+/// The bits of this signal that have a name; none if it is no set of bits.
+std::vector<CodeName> NamedBits(std::string_view frame, std::string_view signal);
 
 void AppendText(fmt::memory_buffer& to, std::string_view text);
 /// "heartbeat lost (0x8130)".

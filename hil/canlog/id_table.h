@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <tuple>
 #include <vector>
 
@@ -71,7 +72,8 @@ class IdTable {
   static_assert(kSlots >= 2 * kMost, "a free slot is always near");
 
   std::vector<Entry> entries_;
-  std::vector<std::uint32_t> slots_ = std::vector<std::uint32_t>(kSlots);  ///< entry + 1; 0: free
+  std::unique_ptr<std::uint32_t[]> slots_ =
+      std::make_unique<std::uint32_t[]>(kSlots);  ///< entry + 1; 0: free
 };
 
 }  // namespace pipewright::hil

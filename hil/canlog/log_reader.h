@@ -27,6 +27,9 @@ struct LogOptions {
 ///     Use(block);
 ///   }
 ///   Tell(log.problems());
+///
+/// A text's last line needs no line feed if it makes sense: a candump -L that was cut between two
+/// bytes of a payload ends with a shorter frame, and does not tell.
 class LogReader {
  public:
   /// Channels of several logs share their numbers.

@@ -51,7 +51,7 @@ const char* Name(FindingKind kind) {
       "gap",        "duplicate",       "count_jump",     "count_repeat",
       "count_back", "command_expired", "heartbeat_lost", "restart",
       "emergency",  "error_message",   "sdo_unanswered", "sdo_aborted",
-      "time_back",
+      "time_back",  "sdo_before_boot",
   };
   static_assert(std::size(kNames) == kFindingKinds);
   return kNames[static_cast<int>(kind)];
@@ -102,6 +102,10 @@ void LogWatch::Watch(const LogFrame& frame, IdState& state) {
     WatchCount(frame, state, count_byte);
   }
   if (row >= 0) {
+    const can::FrameHead& head = kLogHeads[static_cast<std::size_t>(row)];
+    if (head.direction == can::Direction::kFromDevice) {
+      heard_[frame.channel].set(static_cast<std::size_t>(can::NodeOf(head, frame.id)));
+    }
     WatchMeaning(frame, state);
   }
   state.last_ns = frame.stamped ? frame.stamp_ns : state.last_ns;
@@ -218,7 +222,8 @@ void LogWatch::SdoRequest(const LogFrame& frame, IdState& state) {
     return;
   }
   if (state.sdo_open) {
-    Finding finding = Of(FindingKind::kSdoUnanswered, frame);
+    Finding finding =
+        Of(state.sdo_to_unheard ? FindingKind::kSdoBeforeBoot : FindingKind::kSdoUnanswered, frame);
     finding.seconds = Seconds(frame.stamp_ns - state.last_ns);
     finding.object = state.sdo_object;
     report_(finding);
@@ -226,6 +231,14 @@ void LogWatch::SdoRequest(const LogFrame& frame, IdState& state) {
   const can::SdoMeaning meaning = can::Meaning(*sdo, /*from_server=*/false);
   state.sdo_open = meaning.kind != can::SdoKind::kAbort;  // an abort ends a transfer
   state.sdo_object = meaning.object;
+  const bool unheard = !Heard(KeyOf(frame));
+  state.sdo_since_ns = unheard && state.sdo_to_unheard ? state.sdo_since_ns : frame.stamp_ns;
+  state.sdo_to_unheard = unheard;
+}
+
+bool LogWatch::Heard(const IdKey& sdo_request) const {
+  return heard_[sdo_request.channel].test(
+      static_cast<std::size_t>(can::NodeOf(can::kSdoRequest.head, sdo_request.id)));
 }
 
 void LogWatch::SdoResponse(const LogFrame& frame) {
@@ -257,11 +270,12 @@ void LogWatch::End() {
     if (state.stamped) {
       WatchSilence(key, state, end_ns);
     }
-    if (state.sdo_open && end_ns - state.last_ns > config_.sdo_timeout_ns) {
+    if (state.sdo_open && end_ns - state.sdo_since_ns > config_.sdo_timeout_ns) {
       report_({.kind = FindingKind::kSdoUnanswered,
                .at_ns = end_ns,
                .key = key,
-               .seconds = Seconds(end_ns - state.last_ns),
+               .seconds = Seconds(end_ns - state.sdo_since_ns),
+               .code = Heard(key) ? 0U : 1U,
                .object = state.sdo_object});
     }
   }

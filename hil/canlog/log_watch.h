@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <bitset>
 #include <cstdint>
 #include <functional>
 #include <span>
@@ -26,9 +27,14 @@ enum class FindingKind : std::uint8_t {
   kErrorMessage,  ///< of the controller
   kSdoUnanswered,
   kSdoAborted,
-  kTimeBack,  ///< a stamp is below that of the frame before, on one channel
+  kTimeBack,       ///< a stamp is below that of the frame before, on one channel
+  kSdoBeforeBoot,  ///< unanswered, by a node not heard of before: a note
 };
-inline constexpr int kFindingKinds = 13;
+inline constexpr int kFindingKinds = 14;
+
+/// Whether a finding is worth knowing and no fault: a host that is up before its nodes asks until
+/// one answers.
+constexpr bool IsNote(FindingKind kind) { return kind == FindingKind::kSdoBeforeBoot; }
 
 /// "gap", "count_jump" ...
 const char* Name(FindingKind kind);
@@ -39,7 +45,8 @@ struct Finding {
   IdKey key;
   double seconds = 0;      ///< of silence; since the frame before; waited for an answer
   double expected_s = 0;   ///< of a gap, a duplicate: the id's period
-  std::uint32_t code = 0;  ///< EMCY code; abort code; frames that a count left out; 1: moving
+  std::uint32_t code = 0;  ///< EMCY code; abort code; frames that a count left out; 1: moving, or
+                           ///< of an SDO unanswered: the node was never heard of
   can::Object object;      ///< of an SDO
   const LogFrame* frame = nullptr;  ///< of an error message
 };
@@ -84,6 +91,8 @@ class LogWatch {
     bool moving = false;    ///< a command: it asks for speed
     bool running = false;   ///< a heartbeat other than boot-up was seen
     bool sdo_open = false;  ///< a request waits for its answer
+    bool sdo_to_unheard = false;
+    std::int64_t sdo_since_ns = 0;  ///< of those to a node not heard of: the first
     can::Object sdo_object;
   };
 
@@ -95,12 +104,14 @@ class LogWatch {
   void SdoRequest(const LogFrame& frame, IdState& state);
   void SdoResponse(const LogFrame& frame);
   void Learn(std::int64_t time_ns, IdState& state) const;
+  bool Heard(const IdKey& sdo_request) const;
 
   WatchConfig config_;
   Report report_;
   IdTable<IdState> ids_;
   std::array<std::int64_t, 256> last_of_channel_{};
   std::array<bool, 256> channel_seen_{};
+  std::array<std::bitset<128>, 256> heard_{};  ///< nodes that have sent something, by channel
   std::uint64_t not_watched_ = 0;
 };
 

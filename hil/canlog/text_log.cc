@@ -8,6 +8,7 @@
 
 #include "hil/canlog/asc_lines.h"
 #include "hil/canlog/candump_lines.h"
+#include "hil/canlog/line_scanner.h"
 
 namespace pipewright::hil {
 namespace {
@@ -44,6 +45,12 @@ struct Asc : AscLines {
   static constexpr const char* kName = "ASC";
 };
 
+/// Whether a line that is none may be the beginning of one: ASC's frames begin with their time.
+bool MayBeginAFrame(std::string_view line) {
+  const std::size_t first = line.find_first_not_of(" \t\r");
+  return first == std::string_view::npos || IsDigit(line[first]);
+}
+
 template <typename Lines>
 class TextLog final : public LogFormat {
  public:
@@ -65,9 +72,7 @@ class TextLog final : public LogFormat {
       } else if (kind == ByteWindow::LineKind::kTooLong) {
         in.problems.Malformed(Here(in), "a line of less than 4096 bytes", "");
       } else {
-        if (kind == ByteWindow::LineKind::kCut) {
-          in.problems.EndsEarly(fmt::format("ends within {}", Here(in)));
-        }
+        frames += kind == ByteWindow::LineKind::kCut && TakeLast(in, line, out[frames]) ? 1 : 0;
         break;
       }
     }
@@ -75,6 +80,21 @@ class TextLog final : public LogFormat {
   }
 
  private:
+  /// A last line that no line feed ends is whole if it makes sense, unless what it is from was cut.
+  bool TakeLast(LogInput& in, std::string_view line, LogFrame& frame) {
+    if (in.bytes.source().error().empty()) {
+      const LineMeaning meaning = lines_.Read(line, in.channels, frame);
+      if (meaning.kind == LineMeaning::Kind::kFrame) {
+        return true;
+      }
+      if (meaning.kind == LineMeaning::Kind::kNothing && !MayBeginAFrame(line)) {
+        return false;
+      }
+    }
+    in.problems.EndsEarly(fmt::format("ends within {}", Here(in)));
+    return false;
+  }
+
   static std::string Here(const LogInput& in) { return fmt::format("line {}", in.bytes.lines()); }
 
   Lines lines_;
@@ -95,13 +115,11 @@ Sample Try(std::string_view text, Lines lines) {
   LogFrame frame;
   std::int64_t before_ns = 0;
   while (!text.empty() && (sample.frame || !sample.malformed)) {
-    const std::size_t feed = text.find('\n');
-    if (feed == std::string_view::npos) {
-      break;
-    }
+    const std::size_t feed = std::min(text.find('\n'), text.size());
+    const bool is_last = feed == text.size();  // perhaps cut: it need not make sense
     std::string_view line = text.substr(0, feed);
     line.remove_suffix(line.ends_with('\r') ? 1 : 0);
-    text.remove_prefix(feed + 1);
+    text.remove_prefix(is_last ? feed : feed + 1);
     const LineMeaning meaning = lines.Read(line, channels, frame);
     if (meaning.kind == LineMeaning::Kind::kFrame) {
       sample.frame = true;
@@ -109,7 +127,8 @@ Sample Try(std::string_view text, Lines lines) {
       sample.backward += frame.stamped && frame.stamp_ns < before_ns ? 1 : 0;
       before_ns = frame.stamp_ns;
     }
-    sample.malformed = sample.malformed || meaning.kind == LineMeaning::Kind::kMalformed;
+    sample.malformed =
+        sample.malformed || (meaning.kind == LineMeaning::Kind::kMalformed && !is_last);
   }
   return sample;
 }

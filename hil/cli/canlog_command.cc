@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <memory>
 
+#include "hil/cli/canlog_dbc.h"
 #include "hil/cli/canlog_decode.h"
 #include "hil/cli/canlog_diff.h"
 #include "hil/cli/canlog_export.h"
@@ -83,11 +84,12 @@ void AddWords(CLI::App& command, CanlogOptions& options, Work& work) {
       "states by their names",
       CanlogDecode)
       ->add_flag("--csv", options.csv, "one line a signal, for other programs");
-  CLI::App* const gaps =
-      add("gaps",
-          "what should not be: silence of periodic ids, duplicates, counts that jump, the base's\n"
-          "command watchdog run out, heartbeats lost, EMCY and error messages, SDOs unanswered",
-          CanlogGaps);
+  CLI::App* const gaps = add(
+      "gaps",
+      "what should not be: silence of periodic ids, duplicates, counts that jump, the base's\n"
+      "command watchdog run out, heartbeats lost, EMCY and error messages, SDOs unanswered (of a\n"
+      "node not heard of yet: a note)",
+      CanlogGaps);
   gaps->add_option("--factor", options.gap_factor, "a gap is longer than so many periods")
       ->check(CLI::Range(1.0, 1e6))
       ->capture_default_str();
@@ -103,14 +105,27 @@ void AddWords(CLI::App& command, CanlogOptions& options, Work& work) {
       "of two logs: where the frames of each id first differ, in their own order and on whatever\n"
       "channel; and how their times do",
       Diff);
-  add("export",
+  CLI::App* const exports = add(
+      "export",
       "the signals of base and arm as one table in CSV, a column a signal, in the order of time:\n"
-      "opens in PlotJuggler",
-      CanlogExport)
+      "opens in PlotJuggler. Or --mcap",
+      CanlogExport);
+  exports
       ->add_option("--every", options.every_s,
                    "a row every so many s, with what was sent last; without this, a row for each\n"
                    "time at which something was sent, and cells empty of what was not")
       ->check(CLI::Range(1e-6, 1e6));
+  exports->add_option(
+      "--mcap", options.mcap,
+      "instead, write an MCAP file of ROS 2 messages, for Foxglove, Rerun and PlotJuggler:\n"
+      "/joint_states, /joint_commands, /odom and /tf (by the robot's wheel odometry),\n"
+      "/cmd_vel, /diagnostics");
+  add("dbc",
+      "the frames of base and arm as a DBC file, for other programs that look into CAN; takes no\n"
+      "log",
+      CanlogDbc)
+      ->add_option("--device", options.device, "only those of one: tracer or uf7")
+      ->check(CLI::IsMember({"tracer", "uf7"}));
 }
 
 }  // namespace
@@ -124,7 +139,8 @@ void AddCanlog(CLI::App& app, int* exit_code) {
   command->require_subcommand(0, 1);
   AddWords(*command, *options, *work);
   command->final_callback([options, exit_code, work] {
-    if (options->files.empty()) {  // not CLI11's required(): it would take the word for a file
+    // Not CLI11's required(): it would take the word for a file.
+    if (options->files.empty() && *work != CanlogDbc) {
       throw CLI::RequiredError("FILE");
     }
     *exit_code = Run(*options, *work);
@@ -139,7 +155,9 @@ void AddCanlog(CLI::App& app, int* exit_code) {
       "found something, or `diff` a difference in more than time; 2 the input is bad.\n"
       "Examples: pipewright canlog run/can.log --bitrate 500000\n"
       "          candump -L can0 | pipewright canlog - --json\n"
-      "          pipewright canlog run/can.log export --signal position,velocity >joints.csv");
+      "          pipewright canlog run/can.log export --signal position,velocity >joints.csv\n"
+      "          pipewright canlog run/can.log export --mcap run.mcap\n"
+      "          pipewright canlog dbc --device tracer >tracer.dbc");
 }
 
 }  // namespace pipewright::hil

@@ -11,6 +11,7 @@
 #include <optional>
 
 #include "hil/canlog/frame_sorter.h"
+#include "hil/cli/canlog_mcap.h"
 #include "hil/cli/canlog_signals.h"
 #include "hil/cli/text_out.h"
 
@@ -181,6 +182,9 @@ std::string MeetFrames(const CanlogOptions& options, CanlogInput& input, Layout&
 }  // namespace
 
 int CanlogExport(LogSet& log, const CanlogOptions& options) {
+  if (!options.mcap.empty()) {
+    return CanlogMcap(log, options);
+  }
   const auto layout = std::make_unique<Layout>(options);
   CanlogInput first_pass;
   std::string error = layout->error();

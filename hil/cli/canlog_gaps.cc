@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <array>
-#include <numeric>
 
 #include "hil/canlog/code_names.h"
 #include "hil/canlog/error_message.h"
@@ -59,11 +58,15 @@ std::string Words(const Finding& f) {
     case FindingKind::kErrorMessage:
       return ErrorText(f);
     case FindingKind::kSdoUnanswered:
-      return fmt::format("SDO {} without an answer for {:.6f} s", ObjectText(f.object), f.seconds);
+      return fmt::format("SDO {} without an answer for {:.6f} s{}", ObjectText(f.object), f.seconds,
+                         f.code != 0 ? "; nothing was ever heard of the node" : "");
     case FindingKind::kSdoAborted:
       return fmt::format("SDO {} aborted, code 0x{:08X}", ObjectText(f.object), f.code);
     case FindingKind::kTimeBack:
       return fmt::format("its time is {:.6f} s before that of the frame before", f.seconds);
+    case FindingKind::kSdoBeforeBoot:
+      return fmt::format("note: SDO {} asked again after {:.6f} s, the node was not heard of yet",
+                         ObjectText(f.object), f.seconds);
   }
   return "";
 }
@@ -104,22 +107,28 @@ class Printer {
         out_.Print("{}\"{}\":{}", kind == 0 ? "" : ",", name, count);
       } else if (count > 0) {
         out_.Print(
-            "{:<15} {:>10}{}\n", name, count,
+            "{:<15} {:>10}{}{}\n", name, count,
+            IsNote(static_cast<FindingKind>(kind)) ? ", a note and no fault" : "",
             count > options_.most ? fmt::format(", the first {} are printed", options_.most) : "");
       }
     }
     if (options_.json) {
       out_.Print("}},\"frames_beyond_ids\":{},\"files\":{}}}\n", watch.not_watched(),
                  FilesJsonText(log_));
-    } else if (found() == 0) {
-      out_.Put("nothing found\n");
+    } else if (faults() == 0) {
+      out_.Put(first_ ? "nothing found\n" : "no fault found\n");
     }
     return out_.Flush();
   }
 
   bool writes() const { return writes_; }
-  std::uint64_t found() const {
-    return std::accumulate(counts_.begin(), counts_.end(), std::uint64_t{0});
+  std::uint64_t faults() const {
+    std::uint64_t faults = 0;
+    for (int kind = 0; kind < kFindingKinds; ++kind) {
+      const bool note = IsNote(static_cast<FindingKind>(kind));
+      faults += note ? 0 : counts_[static_cast<std::size_t>(kind)];
+    }
+    return faults;
   }
 
  private:
@@ -147,7 +156,7 @@ int CanlogGaps(LogSet& log, const CanlogOptions& options) {
   const bool written = printer.End(watch);
   const int whole = TellProblems(log);
   return std::max({whole, written ? kCanlogOk : OutputFailed(),
-                   printer.found() > 0 ? kCanlogFailed : kCanlogOk});
+                   printer.faults() > 0 ? kCanlogFailed : kCanlogOk});
 }
 
 }  // namespace pipewright::hil

@@ -27,6 +27,8 @@ struct CanlogOptions {
   double window_s = 1;
   double every_s = 0;         ///< 0: a row whenever something was sent
   std::string modes = "sdk";  ///< ControlModesNamed
+  std::string mcap;           ///< the file that `export` is to write; empty: CSV instead
+  std::string device;         ///< of a DBC file: "tracer", "uf7"; empty: both
 };
 
 /// The frames of the files that are wanted, with a progress bar on standard error where that is a

@@ -3,9 +3,12 @@
 
 #include <octomap/octomap.h>
 
+#include <algorithm>
 #include <cmath>
 #include <fstream>
-#include <memory>
+#include <iterator>
+
+#include "perception/octomap/octree_bytes.h"
 
 namespace pipewright {
 namespace {
@@ -32,21 +35,24 @@ octomap::OcTree TreeOf(const VoxelGrid& grid) {
   return tree;
 }
 
-std::unique_ptr<octomap::OcTree> ReadTree(const std::string& path) {
-  std::ifstream in(path, std::ios::binary);
-  std::string first_line;
-  std::getline(in, first_line);
-  in.seekg(0);
-  if (first_line.find("binary") != std::string::npos) {
-    auto tree = std::make_unique<octomap::OcTree>(0.1);  // the file's own resolution replaces it
-    return tree->readBinary(in) ? std::move(tree) : nullptr;
+/// The voxels of a leaf that are in the grid's box, and those that are not.
+void RestoreLeaf(const OctreeLeaf& leaf, VoxelGrid& grid, OctomapFileStats& stats) {
+  const MapConfig& box = grid.config();
+  const int past = leaf.voxels - 1;
+  const VoxelIndex lo{std::max(leaf.lo.x, box.lo.x), std::max(leaf.lo.y, box.lo.y),
+                      std::max(leaf.lo.z, box.lo.z)};
+  const VoxelIndex hi{std::min(leaf.lo.x + past, box.hi.x), std::min(leaf.lo.y + past, box.hi.y),
+                      std::min(leaf.lo.z + past, box.hi.z)};
+  stats.outside += std::int64_t{leaf.voxels} * leaf.voxels * leaf.voxels;
+  VoxelIndex v;
+  for (v.z = lo.z; v.z <= hi.z; ++v.z) {
+    for (v.y = lo.y; v.y <= hi.y; ++v.y) {
+      for (v.x = lo.x; v.x <= hi.x; ++v.x) {
+        --stats.outside;
+        ++(grid.Restore(v, leaf.log_odds) ? stats.restored : stats.refused);
+      }
+    }
   }
-  std::unique_ptr<octomap::AbstractOcTree> any(octomap::AbstractOcTree::read(in));
-  auto* tree = dynamic_cast<octomap::OcTree*>(any.get());
-  if (tree != nullptr) {
-    static_cast<void>(any.release());
-  }
-  return std::unique_ptr<octomap::OcTree>(tree);
 }
 
 }  // namespace
@@ -62,26 +68,23 @@ Status WriteBt(const VoxelGrid& grid, const std::string& path) {
 }
 
 Result<OctomapFileStats> ReadOctomap(const std::string& path, VoxelGrid* grid) {
-  if (!std::ifstream(path)) {
+  std::ifstream in(path, std::ios::binary);
+  if (!in) {
     return Status::kUnavailable;
   }
-  const std::unique_ptr<octomap::OcTree> tree = ReadTree(path);
-  if (tree == nullptr ||
-      std::abs(tree->getResolution() - grid->config().width_m) > 1e-9 * grid->config().width_m) {
-    return Status::kMalformed;
+  const std::string bytes{std::istreambuf_iterator<char>(in), {}};
+  const Result<OctreeHead> head = ReadOctreeHead(bytes);
+  const double width_m = grid->config().width_m;
+  if (!head.ok() || std::abs(head->width_m - width_m) > 1e-9 * width_m ||
+      ReadOctreeLeaves(bytes, *head, [](const OctreeLeaf&) {}) != Status::kOk) {
+    return Status::kMalformed;  // before the grid is touched
   }
   OctomapFileStats stats;
-  tree->expand();
-  for (auto leaf = tree->begin_leafs(); leaf != tree->end_leafs(); ++leaf) {
-    const octomap::OcTreeKey key = leaf.getKey();
-    const VoxelIndex v{key[0] - kKeyOrigin, key[1] - kKeyOrigin, key[2] - kKeyOrigin};
-    if (!grid->InBox(v)) {
-      ++stats.outside;
-    } else {
-      ++(grid->Restore(v, leaf->getLogOdds()) ? stats.restored : stats.refused);
-    }
-  }
-  return stats;
+  return ReadOctreeLeaves(bytes, *head,
+                          [&](const OctreeLeaf& leaf) { RestoreLeaf(leaf, *grid, stats); }) ==
+                 Status::kOk
+             ? Result<OctomapFileStats>(stats)
+             : Status::kMalformed;
 }
 
 }  // namespace pipewright

@@ -50,22 +50,74 @@ std::size_t Whole(const NamedLog& log, const std::vector<LogFrame>& frames, std:
                                       : WholeLines(log.bytes, at);
 }
 
-TEST(DamagedLog, CutAtAnyByteGivesAllWholeRecordsAndSaysThatItIsCut) {
+TEST(DamagedLog, CutAtAnyByteGivesAllWholePacketsAndSaysThatItIsCut) {
   const std::vector<LogFrame> frames = OneOfEach();
   for (const NamedLog& log : InEveryFormat(frames)) {
-    for (std::size_t at = 1; at < log.bytes.size(); ++at) {
+    for (std::size_t at = 1; at < log.bytes.size() && log.name.starts_with("pcap"); ++at) {
       SCOPED_TRACE(log.name + ", byte " + std::to_string(at));
       const ReadLog read = Read(log.bytes.substr(0, at));
       ASSERT_EQ(read.open_error, "");
       ExpectFrames(read.frames, frames, Whole(log, frames, at));
       EXPECT_EQ(read.problems.malformed(), 0U);
-      const bool between = read.problems.end().empty();
-      const bool whole_line = log.bytes[at - 1] == '\n' && !log.name.starts_with("pcap");
-      const bool whole_packet =
-          log.name.starts_with("pcap") && Whole(log, frames, at) > Whole(log, frames, at - 1);
-      const bool whole_head = log.name.starts_with("pcap") && Whole(log, frames, at) == 0;
-      EXPECT_TRUE(whole_head || between == (whole_line || whole_packet)) << read.problems.end();
+      const bool whole_packet = Whole(log, frames, at) > Whole(log, frames, at - 1);
+      const bool whole_head = Whole(log, frames, at) == 0;
+      EXPECT_TRUE(whole_head || read.problems.end().empty() == whole_packet) << read.problems.end();
     }
+  }
+}
+
+TEST(DamagedLog, CutAtAnyByteGivesAllWholeLinesAndSaysThatItIsCutOrTakesWhatIsLeft) {
+  const std::vector<LogFrame> frames = OneOfEach();
+  for (const NamedLog& log : InEveryFormat(frames)) {
+    for (std::size_t at = 1; at < log.bytes.size() && !log.name.starts_with("pcap"); ++at) {
+      SCOPED_TRACE(log.name + ", byte " + std::to_string(at));
+      const ReadLog read = Read(log.bytes.substr(0, at));
+      ASSERT_EQ(read.open_error, "");
+      EXPECT_EQ(read.problems.malformed(), 0U);
+      const std::size_t whole = Whole(log, frames, at);
+      if (Whole(log, frames, at + 1) > whole) {  // only the line feed is missing
+        ExpectFrames(read.frames, frames, whole + 1);
+        EXPECT_EQ(read.problems.end(), "");
+      } else if (read.frames.size() == whole) {
+        ExpectFrames(read.frames, frames, whole);
+      } else {  // what is left of the line is a line, too: a shorter payload
+        ASSERT_EQ(read.frames.size(), whole + 1);
+        EXPECT_EQ(read.frames[whole].id, frames[whole].id);
+        EXPECT_EQ(read.frames[whole].stamp_ns, frames[whole].stamp_ns);
+        EXPECT_LE(read.frames[whole].length, frames[whole].length);
+        EXPECT_EQ(read.problems.end(), "");
+      }
+      if (log.bytes[at - 1] != '\n' && read.frames.size() == whole &&
+          Whole(log, frames, log.bytes.find('\n', at) + 1) > whole) {
+        EXPECT_NE(read.problems.end(), "") << "a frame was lost";
+      }
+    }
+  }
+}
+
+TEST(DamagedLog, WithoutItsLastLineFeedIsWhole) {
+  for (const char* text :
+       {"(1.000000) can0 123#11", "(1.000000) can0 123#11\r", "  can0  123   [1]  11",
+        "(1.000000) can0 7FF#\n(1.000000) can0 123#11",
+        "date Mon Jan 1 00:00:00.000 am 2024\nbase hex  timestamps absolute\n"
+        "   1.000000 1  123             Rx   d 1 11\nEnd TriggerBlock",
+        "base hex  timestamps absolute\n   1.000000 1  123             Rx   d 1 11"}) {
+    SCOPED_TRACE(text);
+    const ReadLog read = Read(text);
+    ASSERT_EQ(read.open_error, "");
+    ASSERT_FALSE(read.frames.empty());
+    EXPECT_EQ(read.frames.back().id, 0x123U);
+    EXPECT_EQ(int{read.frames.back().data[0]}, 0x11);
+    EXPECT_TRUE(read.problems.none()) << read.problems.end();
+  }
+}
+
+TEST(DamagedLog, CutWhilePackedIsNotWholeThoughItsLastLineMakesSense) {
+  const std::string packed = Gz("(1.000000) can0 123#11\n(2.000000) can0 123#1122");
+  for (std::size_t less = 1; less < 30; ++less) {
+    const ReadLog read = Read(packed.substr(0, packed.size() - less));
+    EXPECT_NE(read.problems.end(), "") << less;
+    EXPECT_LE(read.frames.size(), 1U) << less;
   }
 }
 

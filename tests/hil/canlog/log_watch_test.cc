@@ -179,6 +179,42 @@ TEST(LogWatch, FindsSdosUnansweredLateOrAborted) {
   EXPECT_EQ(Watch(Healthy(), {.sdo_timeout_ns = 100'000}).size(), 20U);
 }
 
+TEST(LogWatch, NotesAnSdoToANodeThatIsNotHeardOfYet) {
+  // The host is up first: what node 1 says before 250 ms is not there.
+  std::vector<LogFrame> frames = Healthy();
+  const std::int64_t begin = frames.front().stamp_ns;
+  std::erase_if(frames, [begin](const LogFrame& f) {
+    return (f.id == 0x581 || f.id == 0x701) && f.stamp_ns < begin + 250 * kMs;
+  });
+  const std::vector<Finding> found = Watch(frames);
+  ASSERT_EQ(found.size(), 3U);  // asked at 0, 100 and 200 ms
+  for (const Finding& finding : found) {
+    EXPECT_EQ(finding.kind, Kind::kSdoBeforeBoot);
+    EXPECT_TRUE(IsNote(finding.kind));
+    EXPECT_EQ(finding.object, (can::Object{0x6041, 0}));
+    EXPECT_NEAR(finding.seconds, 0.1, 1e-6);
+  }
+  // Its heartbeat alone is enough to be heard of: from then on it must answer.
+  std::vector<LogFrame> silent = Healthy();
+  std::erase_if(silent, [begin](const LogFrame& f) {
+    return f.id == 0x581 && f.stamp_ns < begin + 250 * kMs;
+  });
+  EXPECT_EQ(Watch(silent).size(), 3U);
+  EXPECT_EQ(Watch(silent)[0].kind, Kind::kSdoUnanswered);
+}
+
+TEST(LogWatch, FindsANodeThatIsNeverHeardOfHoweverOftenItIsAsked) {
+  std::vector<LogFrame> frames = Healthy();
+  std::erase_if(frames, [](const LogFrame& f) { return f.id == 0x581 || f.id == 0x701; });
+  std::vector<Finding> found = Watch(frames);
+  ASSERT_EQ(found.size(), 20U);  // 20 requests: 19 asked again, and the log's end
+  ExpectOne({found.back()}, Kind::kSdoUnanswered, 0x601, 1.990);
+  EXPECT_EQ(found.back().code, 1U);
+  found.pop_back();
+  EXPECT_TRUE(std::all_of(found.begin(), found.end(),
+                          [](const Finding& f) { return f.kind == Kind::kSdoBeforeBoot; }));
+}
+
 TEST(LogWatch, FindsNoSilenceWhereThereAreNoTimes) {
   std::vector<LogFrame> frames = Without(0x080, 1000, 1100);
   for (LogFrame& frame : frames) {

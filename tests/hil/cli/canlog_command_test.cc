@@ -197,6 +197,46 @@ TEST(CanlogGaps, TellsWhatShouldNotBeAndExitsWithOne) {
   EXPECT_EQ(none.out, "nothing found\n");
 }
 
+TEST(CanlogGaps, NotesAnSdoBeforeANodeIsHeardOfAndExitsWithNone) {
+  const fs::path folder = TestFolder();
+  WriteFile(folder / "a.log",
+            "(1.000000) can0 601#4000100000000000\n(1.100000) can0 601#4000100000000000\n"
+            "(1.100500) can0 581#4300100092010200");
+  const CommandResult text = Canlog("a.log gaps", folder);
+  EXPECT_EQ(text.exit_code, 0);
+  EXPECT_EQ(
+      text.out,
+      "1.100000  can0    601       sdo_request 1            sdo_before_boot  note: SDO 1000h:0 "
+      "asked again after 0.100000 s, the node was not heard of yet\n"
+      "\n"
+      "sdo_before_boot          1, a note and no fault\n"
+      "no fault found\n");
+  const json run = Parsed(Canlog("a.log gaps --json", folder));
+  EXPECT_EQ(run["counts"]["sdo_before_boot"], 1);
+  EXPECT_EQ(run["counts"]["sdo_unanswered"], 0);
+}
+
+TEST(CanlogDbc, PrintsTheFramesOfOneDeviceOrOfBothAndTakesNoLog) {
+  const fs::path folder = TestFolder();
+  const CommandResult both = Canlog("dbc", folder);
+  EXPECT_EQ(both.exit_code, 0);
+  // TRACER user manual v1.2, table 3.4: bytes 0 and 1, the high one first, mm/s.
+  EXPECT_NE(both.out.find("BO_ 273 base_twist_command: 8 Host\n"
+                          " SG_ v : 7|16@0- (0.001,0) [-1.8|1.8] \"m/s\" Tracer\n"),
+            std::string::npos);
+  EXPECT_NE(both.out.find("BO_ 391 tpdo1_joint_feedback_7: 8 UF7_7\n"
+                          " SG_ position : 0|32@1- (1e-06,0)"),
+            std::string::npos);
+  const CommandResult base = Canlog("dbc --device tracer --modes tracer1", folder);
+  EXPECT_EQ(base.out.find("tpdo1"), std::string::npos);
+  EXPECT_NE(base.out.find("VAL_ 529 control_mode 0 \"remote control\" 1 \"CAN\" 2 \"serial\" ;"),
+            std::string::npos);
+  const CommandResult with_log = Canlog("dbc a.log", folder);
+  EXPECT_EQ(with_log.exit_code, 2);
+  EXPECT_NE(with_log.error.find("takes no log"), std::string::npos);
+  EXPECT_EQ(Canlog("dbc --device ur5e", folder).exit_code, 2);
+}
+
 TEST(CanlogLoad, PrintsTheLoadOfEachWindow) {
   const fs::path folder = TestFolder();
   const std::string file = "'" + kStartup + "' load --bitrate 1000000 --window 1 ";
@@ -288,6 +328,43 @@ TEST(CanlogExport, PrintsATableOfTheSignalsThatTheLogHas) {
       (std::vector<std::string>{"t_s,base_twist_command/v [m/s],base_twist_command/omega [rad/s],"
                                 "base_mode_request/mode",
                                 "1.000000,0.5,0,", "1.020000,0.5,0,1", "1.040000,0.5,-0.3,0"}));
+}
+
+// What is in the file is tested by mcap_by_spec.py.
+TEST(CanlogExport, WritesAnMcapFileAndNamesItsTopics) {
+  const fs::path folder = TestFolder();
+  WriteFile(folder / "a.log",
+            "(1.000000) can1 111#01F4000000000000\n(1.000000) can0 111#01F4000000000000\n"
+            "(1.000000) can0 181#0000000000000000\n(1.000000) can0 111#01F4000000000000\n");
+  const json run = Parsed(Canlog("a.log export --mcap a.mcap --json", folder));
+  EXPECT_EQ(run["bytes"], fs::file_size(folder / "a.mcap"));
+  EXPECT_EQ(run["frames"], 4);
+  EXPECT_EQ(run["topics"], json::parse(R"([
+      {"topic": "/cmd_vel", "type": "geometry_msgs/msg/TwistStamped", "messages": 1},
+      {"topic": "/can0/cmd_vel", "type": "geometry_msgs/msg/TwistStamped", "messages": 2},
+      {"topic": "/joint_states", "type": "sensor_msgs/msg/JointState", "messages": 1}])"));
+  const CommandResult text = Canlog("a.log export --mcap a.mcap", folder);
+  EXPECT_EQ(text.exit_code, 0);
+  EXPECT_NE(text.out.find("/can0/cmd_vel                     2  geometry_msgs/msg/TwistStamped\n"),
+            std::string::npos)
+      << text.out;
+}
+
+TEST(CanlogExport, WritesNoMcapFileOfWhatItCannotRead) {
+  const fs::path folder = TestFolder();
+  WriteFile(folder / "a.log", "(1.000000) can1 111#01F4000000000000\n");
+  EXPECT_EQ(Canlog("none.log export --mcap out.mcap", folder).exit_code, 2);
+  EXPECT_FALSE(fs::exists(folder / "out.mcap"));
+  const CommandResult both = Canlog("a.log export --mcap out.mcap --every 1", folder);
+  EXPECT_EQ(both.exit_code, 2);
+  EXPECT_NE(both.error.find("goes without --every and --signal"), std::string::npos);
+  const CommandResult nowhere = Canlog("a.log export --mcap nowhere/out.mcap", folder);
+  EXPECT_EQ(nowhere.exit_code, 1);
+  EXPECT_NE(nowhere.error.find("nowhere/out.mcap: cannot be written: No such file or directory"),
+            std::string::npos);
+  const CommandResult full = Canlog("a.log export --mcap /dev/full", folder);
+  EXPECT_EQ(full.exit_code, 1);
+  EXPECT_NE(full.error.find("No space left on device"), std::string::npos);
 }
 
 TEST(CanlogExport, NamesTheChannelWhereAnIdIsOnSeveral) {

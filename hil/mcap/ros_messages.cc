@@ -1,0 +1,251 @@
+// SPDX-License-Identifier: MIT
+#include "hil/mcap/ros_messages.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace pipewright::hil {
+namespace {
+
+constexpr std::int64_t kNsPerSecond = 1'000'000'000;
+
+void PutHeader(CdrWriter& to, const RosHeader& header) {
+  const std::int64_t seconds = header.stamp_ns / kNsPerSecond;
+  constexpr std::int64_t kMost = std::numeric_limits<std::int32_t>::max();
+  to.Put(static_cast<std::int32_t>(std::min(seconds, kMost)));
+  to.Put(static_cast<std::uint32_t>(header.stamp_ns % kNsPerSecond));
+  to.Put(header.frame);
+}
+
+void PutNumbers(CdrWriter& to, std::span<const double> values) {
+  to.PutLength(values.size());
+  for (const double value : values) {
+    to.Put(value);
+  }
+}
+
+/// On the floor, turned about z.
+void PutPose(CdrWriter& to, double x_m, double y_m, double yaw_rad) {
+  for (const double value :
+       {x_m, y_m, 0.0, 0.0, 0.0, std::sin(yaw_rad / 2), std::cos(yaw_rad / 2)}) {
+    to.Put(value);
+  }
+}
+
+void PutTwist(CdrWriter& to, double v_mps, double omega_radps) {
+  for (const double value : {v_mps, 0.0, 0.0, 0.0, 0.0, omega_radps}) {
+    to.Put(value);
+  }
+}
+
+}  // namespace
+
+// clang-format off
+const RosType kRosJointState{"sensor_msgs/msg/JointState",
+R"(std_msgs/Header header
+string[] name
+float64[] position
+float64[] velocity
+float64[] effort
+================================================================================
+MSG: std_msgs/Header
+builtin_interfaces/Time stamp
+string frame_id
+================================================================================
+MSG: builtin_interfaces/Time
+int32 sec
+uint32 nanosec
+)"};
+
+const RosType kRosOdometry{"nav_msgs/msg/Odometry",
+R"(std_msgs/Header header
+string child_frame_id
+geometry_msgs/PoseWithCovariance pose
+geometry_msgs/TwistWithCovariance twist
+================================================================================
+MSG: std_msgs/Header
+builtin_interfaces/Time stamp
+string frame_id
+================================================================================
+MSG: builtin_interfaces/Time
+int32 sec
+uint32 nanosec
+================================================================================
+MSG: geometry_msgs/PoseWithCovariance
+geometry_msgs/Pose pose
+float64[36] covariance
+================================================================================
+MSG: geometry_msgs/Pose
+geometry_msgs/Point position
+geometry_msgs/Quaternion orientation
+================================================================================
+MSG: geometry_msgs/Point
+float64 x
+float64 y
+float64 z
+================================================================================
+MSG: geometry_msgs/Quaternion
+float64 x
+float64 y
+float64 z
+float64 w
+================================================================================
+MSG: geometry_msgs/TwistWithCovariance
+geometry_msgs/Twist twist
+float64[36] covariance
+================================================================================
+MSG: geometry_msgs/Twist
+geometry_msgs/Vector3 linear
+geometry_msgs/Vector3 angular
+================================================================================
+MSG: geometry_msgs/Vector3
+float64 x
+float64 y
+float64 z
+)"};
+
+const RosType kRosTransforms{"tf2_msgs/msg/TFMessage",
+R"(geometry_msgs/TransformStamped[] transforms
+================================================================================
+MSG: geometry_msgs/TransformStamped
+std_msgs/Header header
+string child_frame_id
+geometry_msgs/Transform transform
+================================================================================
+MSG: std_msgs/Header
+builtin_interfaces/Time stamp
+string frame_id
+================================================================================
+MSG: builtin_interfaces/Time
+int32 sec
+uint32 nanosec
+================================================================================
+MSG: geometry_msgs/Transform
+geometry_msgs/Vector3 translation
+geometry_msgs/Quaternion rotation
+================================================================================
+MSG: geometry_msgs/Vector3
+float64 x
+float64 y
+float64 z
+================================================================================
+MSG: geometry_msgs/Quaternion
+float64 x
+float64 y
+float64 z
+float64 w
+)"};
+
+const RosType kRosTwistStamped{"geometry_msgs/msg/TwistStamped",
+R"(std_msgs/Header header
+geometry_msgs/Twist twist
+================================================================================
+MSG: std_msgs/Header
+builtin_interfaces/Time stamp
+string frame_id
+================================================================================
+MSG: builtin_interfaces/Time
+int32 sec
+uint32 nanosec
+================================================================================
+MSG: geometry_msgs/Twist
+geometry_msgs/Vector3 linear
+geometry_msgs/Vector3 angular
+================================================================================
+MSG: geometry_msgs/Vector3
+float64 x
+float64 y
+float64 z
+)"};
+
+const RosType kRosDiagnostics{"diagnostic_msgs/msg/DiagnosticArray",
+R"(std_msgs/Header header
+diagnostic_msgs/DiagnosticStatus[] status
+================================================================================
+MSG: std_msgs/Header
+builtin_interfaces/Time stamp
+string frame_id
+================================================================================
+MSG: builtin_interfaces/Time
+int32 sec
+uint32 nanosec
+================================================================================
+MSG: diagnostic_msgs/DiagnosticStatus
+byte OK=0
+byte WARN=1
+byte ERROR=2
+byte STALE=3
+byte level
+string name
+string message
+string hardware_id
+diagnostic_msgs/KeyValue[] values
+================================================================================
+MSG: diagnostic_msgs/KeyValue
+string key
+string value
+)"};
+// clang-format on
+
+void WriteRos(CdrWriter& to, const RosJointState& message) {
+  to.Begin();
+  PutHeader(to, message.header);
+  to.PutLength(message.names.size());
+  for (const std::string& name : message.names) {
+    to.Put(std::string_view(name));
+  }
+  PutNumbers(to, message.position_rad);
+  PutNumbers(to, message.velocity_radps);
+  PutNumbers(to, {});  // effort
+}
+
+void WriteRos(CdrWriter& to, const RosOdometry& message) {
+  to.Begin();
+  PutHeader(to, message.header);
+  to.Put(message.child_frame);
+  PutPose(to, message.x_m, message.y_m, message.yaw_rad);
+  constexpr std::size_t kNone = 3;
+  constexpr std::size_t kOfPlane[6] = {0, 1, kNone, kNone, kNone, 2};  // x y z, turns about x y z
+  for (const std::size_t row : kOfPlane) {
+    for (const std::size_t column : kOfPlane) {
+      const bool told = row != kNone && column != kNone;
+      to.Put(told ? message.covariance[3 * row + column] : 0.0);
+    }
+  }
+  PutTwist(to, message.v_mps, message.omega_radps);
+  for (int i = 0; i < 36; ++i) {
+    to.Put(0.0);  // not known
+  }
+}
+
+void WriteRos(CdrWriter& to, const RosTwist& message) {
+  to.Begin();
+  PutHeader(to, message.header);
+  PutTwist(to, message.v_mps, message.omega_radps);
+}
+
+void WriteRos(CdrWriter& to, const RosDiagnostic& message) {
+  to.Begin();
+  PutHeader(to, message.header);
+  to.PutLength(1);
+  to.Put(static_cast<std::uint8_t>(message.level));
+  to.Put(message.name);
+  to.Put(message.message);
+  to.Put(message.hardware);
+  to.PutLength(message.values.size());
+  for (const auto& [key, value] : message.values) {
+    to.Put(std::string_view(key));
+    to.Put(std::string_view(value));
+  }
+}
+
+void WriteRosTransform(CdrWriter& to, const RosOdometry& message) {
+  to.Begin();
+  to.PutLength(1);
+  PutHeader(to, message.header);
+  to.Put(message.child_frame);
+  PutPose(to, message.x_m, message.y_m, message.yaw_rad);
+}
+
+}  // namespace pipewright::hil
