@@ -72,7 +72,11 @@ void ReadControl(TomlTable& table, DaemonConfig& c) {
 }
 
 void ReadRealtime(TomlTable& table, DaemonConfig& c) {
-  c.require_realtime = table.Bool("required", c.require_realtime);
+  c.ask_realtime = table.Bool("enabled", c.ask_realtime);
+  c.require_realtime = table.Bool("required", c.ask_realtime);
+  if (c.require_realtime && !c.ask_realtime) {
+    table.Error("required", "cannot be had without realtime.enabled");
+  }
   c.realtime.priority = table.Integer("priority", 1, 99, c.realtime.priority);
   c.realtime.cpu = table.Integer("cpu", -1, 1023, c.realtime.cpu);
   table.Finish();

@@ -33,6 +33,7 @@ struct DaemonConfig {
   std::string base_modes = "sdk";
   double rate_hz = 100;
   double alpha = 0.7;
+  bool ask_realtime = true;
   bool require_realtime = true;
   RealtimeRequest realtime;
   CameraChoice camera;

@@ -54,8 +54,8 @@ std::string DaemonConfigText(const DaemonConfig& c) {
   return fmt::format("[can]\nbase = \"{}\"\narm = \"{}\"\n\n", c.base_can, c.arm_can) +
          fmt::format("[base]\nmode_codes = \"{}\"\n\n", c.base_modes) +
          fmt::format("[control]\nrate_hz = {}\nalpha = {}\n\n", Real(c.rate_hz), Real(c.alpha)) +
-         fmt::format("[realtime]\nrequired = {}\npriority = {}\ncpu = {}\n\n", c.require_realtime,
-                     c.realtime.priority, c.realtime.cpu) +
+         fmt::format("[realtime]\nenabled = {}\nrequired = {}\npriority = {}\ncpu = {}\n\n",
+                     c.ask_realtime, c.require_realtime, c.realtime.priority, c.realtime.cpu) +
          "[camera]\n" + CameraText(c) + "\n" + SiteText(c.site) +
          fmt::format(
              "\n[mission]\nplanner = \"{}\"\nseed = {}\ntime_limit_s = {}\nautostart = {}\n\n",

@@ -4,13 +4,24 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <cerrno>
+#include <cstdlib>
+#include <memory>
 
+#include "ctrl/daemon/can_wires.h"
 #include "ctrl/daemon/config.h"
+#include "ctrl/daemon/realtime_check.h"
+#include "ctrl/daemon/service.h"
+#include "platform/linux/clock.h"
+#include "platform/linux/depth_socket.h"
+#include "platform/linux/journal.h"
+#include "platform/linux/stop_signals.h"
 
 namespace pipewright {
 namespace {
 
 constexpr int kOk = 0;
+constexpr int kFailed = 1;
 constexpr int kBadInput = 2;
 
 struct Options {
@@ -19,10 +30,69 @@ struct Options {
   bool print = false;
 };
 
+/// A service keeps what outlives it where systemd says (StateDirectory=).
+LatchFile LatchOfEnvironment() {
+  const char* folder = std::getenv("STATE_DIRECTORY");
+  return LatchFile(folder == nullptr ? "" : std::string(folder) + "/latch");
+}
+
+/// @returns whether the robot may be started with what was granted
+bool CheckRealtime(const DaemonConfig& config, const RealtimeGrant& grant) {
+  const std::vector<std::string> refusals = RefusalWords(grant, config.realtime);
+  for (const std::string& refusal : refusals) {
+    Say(config.require_realtime ? Severity::kError : Severity::kWarning, refusal);
+  }
+  if (!refusals.empty() && config.require_realtime) {
+    Say(Severity::kError, "the robot is not run without; realtime.required = false would do so");
+    return false;
+  }
+  return true;
+}
+
+/// The camera that the configuration names, and the service's way to it.
+struct CameraOf {
+  explicit CameraOf(const CameraChoice& choice) : stream(choice.path) {}
+
+  DepthSocket stream;
+  FrameSourceOf<DepthSocket> source{stream};
+};
+
+int Serve(const DaemonConfig& config) {
+  StopSignals::Block();
+  const RealtimeGrant grant =
+      config.ask_realtime ? TryRealtime(config.realtime) : RealtimeGrant{EPERM, EPERM, 0};
+  if (config.ask_realtime && !CheckRealtime(config, grant)) {
+    return kFailed;
+  }
+  LineServer server;
+  if (server.Open(config.socket) != Status::kOk) {
+    Say(Severity::kError, server.error_text());
+    return kFailed;
+  }
+  const LatchFile latch = LatchOfEnvironment();
+  if (!latch.kept()) {
+    Say(Severity::kWarning, "STATE_DIRECTORY is not set: an emergency stop ends with the service");
+  }
+  const ServiceNotify notify = ServiceNotify::OfEnvironment();
+  CanWires wires(config.base_can, config.arm_can);
+  const auto camera = std::make_unique<CameraOf>(config.camera);
+  const auto service =
+      std::make_unique<RobotService>(config, wires, camera->source, notify, server, latch, grant);
+  service->Begin(Now());
+  while (service->Step(Now(), StopSignals::Pending())) {
+    if (service->stuck(Now())) {
+      Say(Severity::kError, "a task does not return; the devices' own watchdogs stop them");
+      std::_Exit(kFailed);
+    }
+    SleepUntil(Now() + RobotService::kPeriod);
+  }
+  return kOk;
+}
+
 int Main(const Options& options) {
   const DaemonConfigResult loaded = LoadDaemonConfig(options.config);
   for (const std::string& error : loaded.errors) {
-    fmt::print(stderr, "pipewrightd: {}\n", error);
+    Say(Severity::kError, error);
   }
   if (!loaded.config) {
     return kBadInput;
@@ -30,7 +100,7 @@ int Main(const Options& options) {
   if (options.print) {
     fmt::print("{}", DaemonConfigText(*loaded.config));
   }
-  return kOk;
+  return options.print || options.check ? kOk : Serve(*loaded.config);
 }
 
 }  // namespace

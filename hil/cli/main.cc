@@ -9,6 +9,7 @@
 #include "hil/cli/memory_command.h"
 #include "hil/cli/primitives_command.h"
 #include "hil/cli/qp_command.h"
+#include "hil/cli/service_command.h"
 
 namespace {
 
@@ -38,6 +39,7 @@ int main(int argc, char** argv) {
   pipewright::hil::AddMemory(app, &exit_code);
   pipewright::hil::AddPrimitives(app, &exit_code);
   pipewright::hil::AddQp(app, &exit_code);
+  pipewright::hil::AddService(app, &exit_code);
   if (argc > 1 && !KnowsCommand(app, argv[1])) {
     return 2;
   }

@@ -118,6 +118,7 @@ TEST(DaemonConfig, NamesTheLineAndTheKeyOfWhatIsWrong) {
       {7, "rate_hz = nan", "c.toml:7:11: control.rate_hz: must be within [50, 1000]"},
       {8, "alpha = 1", "c.toml:8:9: control.alpha: must be within"},
       {10, "required = 1", "c.toml:10:12: realtime.required: must be true or false"},
+      {11, "enabled = false", "c.toml:10:12: realtime.required: cannot be had without"},
       {11, "priority = 100", "c.toml:11:12: realtime.priority: must be within [1, 99]"},
       {12, "cpu = 1.5", "c.toml:12:7: realtime.cpu: must be an integer"},
       {14, "source = \"usb\"", "c.toml:14:10: camera.source: must be v4l2 or stream"},
