@@ -16,6 +16,7 @@
 #include "platform/linux/depth_socket.h"
 #include "platform/linux/journal.h"
 #include "platform/linux/stop_signals.h"
+#include "platform/linux/v4l2_depth.h"
 
 namespace pipewright {
 namespace {
@@ -49,12 +50,23 @@ bool CheckRealtime(const DaemonConfig& config, const RealtimeGrant& grant) {
   return true;
 }
 
-/// The camera that the configuration names, and the service's way to it.
-struct CameraOf {
-  explicit CameraOf(const CameraChoice& choice) : stream(choice.path) {}
+/// The camera that the configuration names. On the heap: the stream's holds a whole frame.
+class Camera {
+ public:
+  explicit Camera(const CameraChoice& choice)
+      : device_(choice.path, choice.intrinsics, choice.stamp_offset),
+        stream_(choice.path),
+        source_(choice.source == CameraSource::kV4l2 ? static_cast<FrameSource&>(device_source_)
+                                                     : stream_source_) {}
 
-  DepthSocket stream;
-  FrameSourceOf<DepthSocket> source{stream};
+  FrameSource& source() { return source_; }
+
+ private:
+  V4l2Depth device_;
+  DepthSocket stream_;
+  FrameSourceOf<V4l2Depth> device_source_{device_};
+  FrameSourceOf<DepthSocket> stream_source_{stream_};
+  FrameSource& source_;
 };
 
 int Serve(const DaemonConfig& config) {
@@ -75,9 +87,9 @@ int Serve(const DaemonConfig& config) {
   }
   const ServiceNotify notify = ServiceNotify::OfEnvironment();
   CanWires wires(config.base_can, config.arm_can);
-  const auto camera = std::make_unique<CameraOf>(config.camera);
+  const auto camera = std::make_unique<Camera>(config.camera);
   const auto service =
-      std::make_unique<RobotService>(config, wires, camera->source, notify, server, latch, grant);
+      std::make_unique<RobotService>(config, wires, camera->source(), notify, server, latch, grant);
   service->Begin(Now());
   while (service->Step(Now(), StopSignals::Pending())) {
     if (service->stuck(Now())) {
