@@ -82,46 +82,50 @@ Reply Ask(const std::string& path, const std::string& request) {
   return reply;
 }
 
+/// Throws what .at() and .get() do: the answer may be of another version.
 std::string Device(const nlohmann::json& report, const char* name) {
-  return fmt::format("{} on {}", report[name]["heard"].get<bool>() ? "heard" : "silent",
-                     report["bus"][name].get<std::string>());
+  return fmt::format("{} on {}", report.at(name).at("heard").get<bool>() ? "heard" : "silent",
+                     report.at("bus").at(name).get<std::string>());
 }
 
 std::string StatusTable(const nlohmann::json& r) {
-  const nlohmann::json& run = r["run"];
+  const nlohmann::json& run = r.at("run");
   const auto text = [](const nlohmann::json& value) { return value.get<std::string>(); };
   std::string out;
   const auto row = [&out](const char* name, const std::string& value) {
     out += fmt::format("{:<9} {}\n", name, value);
   };
-  const std::string reason = text(r["reason"]);
-  row("state", text(r["state"]) + (reason.empty() ? "" : ": " + reason) +
-                   (r["latched"].get<bool>() ? " (latched: pipewright rearm)" : ""));
-  const std::string bus = text(r["bus"]["error"]);
+  const std::string reason = text(r.at("reason"));
+  row("state", text(r.at("state")) + (reason.empty() ? "" : ": " + reason) +
+                   (r.at("latched").get<bool>() ? " (latched: pipewright rearm)" : ""));
+  const std::string bus = text(r.at("bus").at("error"));
   row("bus", bus.empty() ? "open" : bus);
-  const double battery_V = r["base"]["battery_V"].get<double>();
-  row("base", Device(r, "base") + (battery_V > 0 ? fmt::format(", {:.1f} V", battery_V) : "") +
-                  (r["base"]["emergency_stop"].get<bool>() ? ", emergency stop pressed" : ""));
+  const double battery_V = r.at("base").at("battery_V").get<double>();
+  row("base",
+      Device(r, "base") + (battery_V > 0 ? fmt::format(", {:.1f} V", battery_V) : "") +
+          (r.at("base").at("emergency_stop").get<bool>() ? ", emergency stop pressed" : ""));
   row("arm", Device(r, "arm"));
-  const std::string camera = text(r["camera"]["error"]);
+  const std::string camera = text(r.at("camera").at("error"));
   row("camera",
-      camera.empty() ? fmt::format("{} frames", r["camera"]["frames"].get<int>()) : camera);
+      camera.empty() ? fmt::format("{} frames", r.at("camera").at("frames").get<int>()) : camera);
   row("real time",
-      fmt::format("SCHED_FIFO {}, memory {}", r["realtime"]["fifo"].get<bool>() ? "yes" : "no",
-                  r["realtime"]["memory_locked"].get<bool>() ? "locked" : "not locked"));
-  if (run["number"].get<int>() > 0) {
-    const nlohmann::json& voxels = run["voxels"];
-    row("run", fmt::format("{}, {:.0f} s, mission {}, devices {}", run["number"].get<int>(),
-                           run["time_s"].get<double>(), text(run["mission"]), text(run["phase"])));
+      fmt::format("SCHED_FIFO {}, memory {}",
+                  r.at("realtime").at("fifo").get<bool>() ? "yes" : "no",
+                  r.at("realtime").at("memory_locked").get<bool>() ? "locked" : "not locked"));
+  if (run.at("number").get<int>() > 0) {
+    const nlohmann::json& voxels = run.at("voxels");
+    row("run", fmt::format("{}, {:.0f} s, mission {}, devices {}", run.at("number").get<int>(),
+                           run.at("time_s").get<double>(), text(run.at("mission")),
+                           text(run.at("phase"))));
     row("map", fmt::format("{} of {} voxels unknown, {} of {} occupied covered",
-                           voxels["unknown"].get<int>(), voxels["total"].get<int>(),
-                           voxels["covered"].get<int>(), voxels["occupied"].get<int>()));
-    row("pose", fmt::format("x {:.3f} m, y {:.3f} m, phi {:.3f} rad", run["x_m"].get<double>(),
-                            run["y_m"].get<double>(), run["phi_rad"].get<double>()));
+                           voxels.at("unknown").get<int>(), voxels.at("total").get<int>(),
+                           voxels.at("covered").get<int>(), voxels.at("occupied").get<int>()));
+    row("pose", fmt::format("x {:.3f} m, y {:.3f} m, phi {:.3f} rad", run.at("x_m").get<double>(),
+                            run.at("y_m").get<double>(), run.at("phi_rad").get<double>()));
     row("cycles",
         fmt::format("{}, {} missed, at most {:.0f} us late, {:.0f} us long",
-                    run["cycles"].get<long>(), run["missed"].get<long>(),
-                    run["latency_max_us"].get<double>(), run["cycle_max_us"].get<double>()));
+                    run.at("cycles").get<long>(), run.at("missed").get<long>(),
+                    run.at("latency_max_us").get<double>(), run.at("cycle_max_us").get<double>()));
   }
   return out;
 }
