@@ -27,7 +27,7 @@ Duration Seconds(TomlTable& table, std::string_view key, double lo, double hi, D
 /// Text of visible ASCII without quotes: it goes into messages and answers as it is.
 std::string Plain(TomlTable& table, std::string_view key, std::size_t most,
                   const std::optional<std::string>& otherwise = {}) {
-  const std::string text = table.Text(key, otherwise);
+  std::string text = table.Text(key, otherwise);
   const bool plain = std::all_of(text.begin(), text.end(), [](char c) {
     return '!' <= c && c <= '~' && c != '"' && c != '\\';
   });
