@@ -7,6 +7,7 @@ namespace pipewright {
 namespace {
 
 constexpr Duration kPoll = std::chrono::milliseconds(1);
+constexpr int kThreads = 3;
 
 }  // namespace
 
@@ -23,6 +24,7 @@ Status RobotThreads::StartThreads() {
   const auto control = [](void* self) { static_cast<RobotThreads*>(self)->ControlLoop(); };
   const auto mapping = [](void* self) { static_cast<RobotThreads*>(self)->MappingLoop(); };
   const auto planning = [](void* self) { static_cast<RobotThreads*>(self)->PlanningLoop(); };
+  running_ = kThreads;
   // Those that may be late first: the control task finds them there.
   if (mapping_thread_.Start("pw-mapping", mapping, this) != Status::kOk ||
       planning_thread_.Start("pw-planning", planning, this) != Status::kOk ||
@@ -49,6 +51,12 @@ bool RobotThreads::Stop(Duration patience) {
   return phase() == ControlPhase::kStopped;
 }
 
+TaskTurns RobotThreads::turns() const {
+  return {.control = cycles_.load(std::memory_order_relaxed),
+          .mapping = mapping_turns_.load(std::memory_order_relaxed),
+          .planning = planning_turns_.load(std::memory_order_relaxed)};
+}
+
 CycleStats RobotThreads::cycles() const {
   return {.cycles = cycles_.load(std::memory_order_relaxed),
           .missed = missed_.load(std::memory_order_relaxed),
@@ -70,10 +78,12 @@ void RobotThreads::ControlLoop() {
       observer_->OnControl(report, Now() - start);
     }
   }
+  running_.fetch_sub(1, std::memory_order_release);
 }
 
 void RobotThreads::MappingLoop() {
   while (!quit()) {
+    mapping_turns_.fetch_add(1, std::memory_order_relaxed);
     if (!frames_.HasNew()) {
       SleepUntil(Now() + config_.frame_poll);
       continue;
@@ -85,18 +95,21 @@ void RobotThreads::MappingLoop() {
       observer_->OnMap(program_.mapping(), Now() - start);
     }
   }
+  running_.fetch_sub(1, std::memory_order_release);
 }
 
 void RobotThreads::PlanningLoop() {
   PeriodicTimer timer(config_.plan_period);
   while (!quit()) {
     const Time start = timer.Wait();
+    planning_turns_.fetch_add(1, std::memory_order_relaxed);
     program_.Plan(SinceEpoch(start));
     if (observer_ != nullptr) {
       observer_->OnPlan(SinceEpoch(start), program_.planning(), program_.camera_lost(),
                         Now() - start);
     }
   }
+  running_.fetch_sub(1, std::memory_order_release);
 }
 
 }  // namespace pipewright

@@ -45,6 +45,14 @@ struct CycleStats {
   Duration worst_latency{};  ///< latest that a cycle began after its instant
 };
 
+/// Turns that each task's loop has made. One whose count stands still does not answer: it hangs in
+/// a step, or is not given the processor. A task that waits for its input turns, too.
+struct TaskTurns {
+  std::uint64_t control = 0;
+  std::uint64_t mapping = 0;
+  std::uint64_t planning = 0;
+};
+
 /// Runs a RobotProgram's three tasks on three threads and the machine's clock:
 ///
 ///   control   each control_period, SCHED_FIFO where it is granted
@@ -83,12 +91,18 @@ class RobotThreads {
   /// ends the threads. @returns whether the robot was
   bool Stop(Duration patience);
 
+  /// What Stop() does, in pieces that do not wait: asks the threads to return, tells whether all
+  /// have. Stop() then returns at once.
+  void Quit() { quit_ = true; }
+  bool returned() const { return running_.load(std::memory_order_acquire) == 0; }
+
   /// The camera's side of the mailbox.
   Latest<DepthFrame>& frames() { return frames_; }
 
   // Any thread.
   ControlPhase phase() const { return phase_.load(std::memory_order_relaxed); }
   CycleStats cycles() const;
+  TaskTurns turns() const;
   /// What the system granted; settled before Start() returns.
   const RealtimeGrant& grant() const { return grant_; }
 
@@ -110,8 +124,11 @@ class RobotThreads {
   RealtimeGrant grant_;
   std::atomic<bool> granted_ = false;
   std::atomic<bool> quit_ = false;
+  std::atomic<int> running_ = 0;
   std::atomic<ControlPhase> phase_ = ControlPhase::kStarting;
   std::atomic<std::uint64_t> cycles_ = 0;
+  std::atomic<std::uint64_t> mapping_turns_ = 0;
+  std::atomic<std::uint64_t> planning_turns_ = 0;
   std::atomic<std::uint64_t> missed_ = 0;
   std::atomic<Duration::rep> worst_latency_ns_ = 0;
   TaskThread control_thread_;

@@ -10,6 +10,7 @@
 #include "hil/cli/primitives_command.h"
 #include "hil/cli/qp_command.h"
 #include "hil/cli/replay_command.h"
+#include "hil/cli/service_command.h"
 
 namespace {
 
@@ -40,6 +41,7 @@ int main(int argc, char** argv) {
   pipewright::hil::AddPrimitives(app, &exit_code);
   pipewright::hil::AddQp(app, &exit_code);
   pipewright::hil::AddReplay(app, &exit_code);
+  pipewright::hil::AddService(app, &exit_code);
   if (argc > 1 && !KnowsCommand(app, argv[1])) {
     return 2;
   }

@@ -6,6 +6,7 @@
 #include <cstring>
 #include <memory>
 
+#include "ctrl/robot_program/stop_detail.h"
 #include "ctrl/robot_program/threads.h"
 #include "hil/cli/emulator_thread.h"
 #include "hil/cli/heap_watch.h"

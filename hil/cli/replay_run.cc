@@ -6,6 +6,7 @@
 #include <thread>
 #include <vector>
 
+#include "ctrl/robot_program/stop_detail.h"
 #include "hil/cli/program_loop.h"
 #include "hil/cli/run_figures.h"
 #include "hil/cli/virtual_run.h"

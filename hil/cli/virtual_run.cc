@@ -11,6 +11,7 @@
 #include <optional>
 #include <thread>
 
+#include "ctrl/robot_program/stop_detail.h"
 #include "hil/cli/program_loop.h"
 #include "hil/cli/report_page.h"
 #include "hil/cli/truth_watch.h"
@@ -127,40 +128,6 @@ class Wires {
   can::LoopbackBus::Port* base_tap_ = nullptr;
   can::LoopbackBus::Port* arm_tap_ = nullptr;
 };
-
-std::string FaultText(const char* device, const DeviceFault& fault) {
-  if (fault.problem == Problem::kNone) {
-    return "";
-  }
-  const std::string name = fault.node > 0 ? fmt::format("{} joint {}", device, fault.node) : device;
-  return fmt::format("{}: {}{}", name, Name(fault.problem),
-                     fault.detail != 0 ? fmt::format(" (0x{:X})", fault.detail) : "");
-}
-
-/// Why a mission whose devices are well did not complete.
-std::string Reason(const MissionOutput& mission) {
-  const PlanNumbers& n = mission.numbers;
-  switch (mission.stop) {
-    case StopReason::kNoReachableView:
-      return fmt::format(
-          "no view that would show or cover more can be reached from here; left: {} unknown voxels "
-          "at the border of the known, {} surface voxels not covered",
-          n.unknown_targets, n.uncovered_targets);
-    case StopReason::kStuck:
-      return "goal after goal stalled, and nothing new was seen or covered";
-    case StopReason::kTimeout:
-      return "the time limit came first; --time-limit raises it";
-    case StopReason::kDeviceFault:
-      return "the devices were not ready in time";
-    case StopReason::kPoseLost:
-      return "the base moved otherwise than its wheels tell, and scans did not find it again";
-    case StopReason::kNone:
-      return "interrupted";
-    case StopReason::kComplete:
-      break;
-  }
-  return "";
-}
 
 class VirtualRun final : public ProgramPeer {
  public:
@@ -306,24 +273,6 @@ nlohmann::ordered_json VirtualRun::Run() {
 }
 
 }  // namespace
-
-std::string StopDetail(const MissionOutput& mission, const ControlReport& report,
-                       bool camera_lost) {
-  if (mission.stop == StopReason::kComplete) {
-    return "";
-  }
-  std::string text;
-  const auto add = [&text](const std::string& what) {
-    text += (text.empty() || what.empty() ? "" : "; ") + what;
-  };
-  add(FaultText("base", report.base_fault));
-  add(FaultText("arm", report.arm_fault));
-  add(camera_lost ? "camera: sends no frame that can be used" : "");
-  if (text.empty()) {
-    add(Reason(mission));
-  }
-  return text;
-}
 
 nlohmann::ordered_json RunVirtual(const Scenario& scenario, const InspectionOptions& options,
                                   RunFolder& folder, const RunHooks& hooks) {

@@ -29,7 +29,4 @@ struct RunHooks {
 nlohmann::ordered_json RunVirtual(const Scenario& scenario, const InspectionOptions& options,
                                   RunFolder& folder, const RunHooks& hooks);
 
-/// What stopped the mission, in words; empty when it is complete.
-std::string StopDetail(const MissionOutput& mission, const ControlReport& report, bool camera_lost);
-
 }  // namespace pipewright::hil

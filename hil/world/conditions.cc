@@ -5,7 +5,7 @@
 #include <set>
 
 #include "embedded/RoughToml.h"
-#include "hil/world/toml_table.h"
+#include "platform/toml/toml_table.h"
 
 namespace pipewright::hil {
 namespace {

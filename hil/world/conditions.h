@@ -5,7 +5,7 @@
 #include <string_view>
 #include <vector>
 
-#include "hil/world/toml_source.h"
+#include "hil/world/shipped_toml.h"
 
 namespace pipewright::hil {
 

@@ -1,42 +1,35 @@
 // SPDX-License-Identifier: MIT
-#include "hil/world/toml_source.h"
+#include "platform/toml/toml_source.h"
 
 #include <filesystem>
 #include <fstream>
 #include <sstream>
 
-#include "hil/world/toml_table.h"
+#include "platform/toml/toml_table.h"
 
-namespace pipewright::hil {
+namespace pipewright {
 namespace {
 
 constexpr std::uintmax_t kMaxFileBytes = 4'000'000;
 
 }  // namespace
 
-std::optional<TomlSource> FindToml(const std::string& name_or_file,
-                                   const std::vector<ShippedToml>& shipped,
-                                   const std::string& a_shipped_one,
-                                   std::vector<std::string>& errors) {
-  for (const ShippedToml& one : shipped) {
-    if (one.name == name_or_file) {
-      return TomlSource{std::string(one.toml), ""};
-    }
-  }
-  const std::filesystem::path path(name_or_file);
+std::optional<TomlSource> ReadTomlFile(const std::string& file, const std::string& what_it_is_not,
+                                       std::vector<std::string>& errors) {
+  const std::filesystem::path path(file);
   std::error_code failed;
   const std::uintmax_t bytes = std::filesystem::file_size(path, failed);
-  std::ifstream file(path, std::ios::binary);
-  if (failed || !file) {
-    errors.push_back(name_or_file + ": neither " + a_shipped_one + " nor a file that can be read");
+  std::ifstream in(path, std::ios::binary);
+  if (failed || !in) {
+    errors.push_back(file + ": " + what_it_is_not);
     return std::nullopt;
   }
   if (bytes > kMaxFileBytes) {
-    errors.push_back(name_or_file + ": is longer than it may be (4 MB)");
+    errors.push_back(file + ": is longer than it may be (4 MB)");
     return std::nullopt;
   }
   std::ostringstream text;
-  text << file.rdbuf();
+  text << in.rdbuf();
   return TomlSource{text.str(), path.parent_path().string()};
 }
 
@@ -54,4 +47,4 @@ void ReadToml(std::string_view toml, const std::string& origin, std::vector<std:
   }
 }
 
-}  // namespace pipewright::hil
+}  // namespace pipewright

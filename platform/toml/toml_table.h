@@ -11,7 +11,7 @@
 
 #include "platform/core/frames.h"
 
-namespace pipewright::hil {
+namespace pipewright {
 
 /// A table of a TOML file that is read strictly: each getter says what a key must be, and Finish()
 /// objects to every key nobody asked for. Errors are collected, "file:line:column: key: what";
@@ -59,4 +59,4 @@ class TomlTable {
   std::set<std::string, std::less<>> asked_;
 };
 
-}  // namespace pipewright::hil
+}  // namespace pipewright

@@ -1,25 +1,19 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <functional>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
-namespace pipewright::hil {
+#include "platform/toml/toml_source.h"
 
-class TomlTable;
+namespace pipewright::hil {
 
 /// A TOML text in the binary.
 struct ShippedToml {
   std::string_view name;
   std::string_view toml;
-};
-
-struct TomlSource {
-  std::string text;
-  std::string directory;  ///< where files that it names are looked for; empty for a shipped text
 };
 
 /// A shipped text by its name, else a file's.
@@ -29,10 +23,5 @@ std::optional<TomlSource> FindToml(const std::string& name_or_file,
                                    const std::vector<ShippedToml>& shipped,
                                    const std::string& a_shipped_one,
                                    std::vector<std::string>& errors);
-
-/// Hands the text's root to `read`; text that is not TOML is an error instead.
-/// @param origin  the name in error messages
-void ReadToml(std::string_view toml, const std::string& origin, std::vector<std::string>& errors,
-              const std::function<void(TomlTable& root)>& read);
 
 }  // namespace pipewright::hil

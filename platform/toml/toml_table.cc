@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
-#include "hil/world/toml_table.h"
+#include "platform/toml/toml_table.h"
 
 #include <cmath>
 #include <sstream>
 
-namespace pipewright::hil {
+namespace pipewright {
 namespace {
 
 std::string Range(double lo, double hi) {
@@ -166,4 +166,4 @@ std::vector<TomlTable> TomlTable::Tables(std::string_view key) {
   return tables;
 }
 
-}  // namespace pipewright::hil
+}  // namespace pipewright
