@@ -54,6 +54,7 @@ class Emulation {
  private:
   static std::vector<Port*> PortsOf(std::deque<WirePort>& wires) {
     std::vector<Port*> ports;
+    ports.reserve(wires.size());
     for (WirePort& wire : wires) {
       ports.push_back(&wire);
     }

@@ -28,8 +28,8 @@ TEST(WorstFrameBits, AreThoseOfTheTextbookAndNoFrameHasMore) {
   }
 }
 
-// Worked by hand. Of the base eight frames at 50 Hz, one at 40, two at 10, one at 2, 8 bytes each; a
-// cycle of the arm is 55 + 7 * 115 + 7 * 135 bits, status 7 * 4 * 85, heartbeats 8 * 10 * 65 a
+// Worked by hand. Of the base eight frames at 50 Hz, one at 40, two at 10, one at 2, 8 bytes each;
+// a cycle of the arm is 55 + 7 * 115 + 7 * 135 bits, status 7 * 4 * 85, heartbeats 8 * 10 * 65 a
 // second.
 TEST(BusLoad, IsWhatThePaperSays) {
   EXPECT_NEAR(BaseLoad(500'000), (8 * 50 + 40 + 2 * 10 + 2) * 135.0 / 500'000, 1e-9);
