@@ -32,7 +32,11 @@ class RobotProgram {
 
   Status status() const { return control_.status(); }
 
-  /// Control thread: reads both buses dry, steps, sends. One port may serve as both.
+  /// What a cycle reads from a bus at most; the next reads on. At 1 Mbit/s no more than 425 frames
+  /// come in 20 ms.
+  static constexpr int kFramesPerCycle = 512;
+
+  /// Control thread: reads both buses, steps, sends. One port may serve as both.
   template <can::Bus Base, can::Bus Arm>
   const ControlReport& Control(Base& base, Arm& arm, Time now);
 
@@ -99,13 +103,13 @@ template <can::Bus Base, can::Bus Arm>
 const ControlReport& RobotProgram::Control(Base& base, Arm& arm, Time now) {
   const bool shared = static_cast<const void*>(&base) == static_cast<const void*>(&arm);
   can::Frame frame;
-  while (base.Receive(frame)) {
+  for (int i = 0; i < kFramesPerCycle && base.Receive(frame); ++i) {
     control_.OnBaseFrame(frame);
     if (shared) {
       control_.OnArmFrame(frame);
     }
   }
-  while (!shared && arm.Receive(frame)) {
+  for (int i = 0; i < kFramesPerCycle && !shared && arm.Receive(frame); ++i) {
     control_.OnArmFrame(frame);
   }
   const ControlReport& report = StepControl(now);

@@ -4,6 +4,12 @@
 #include <fmt/format.h>
 
 namespace pipewright::hil {
+namespace {
+
+/// What can.log's writer may be behind by: two seconds of a full bus.
+constexpr int kTapFrames = 8192;
+
+}  // namespace
 
 std::string CanInterfaces::Open(const std::vector<std::string>& interfaces, bool with_devices) {
   with_devices_ = with_devices;
@@ -19,6 +25,7 @@ std::string CanInterfaces::Open(const std::vector<std::string>& interfaces, bool
         return fmt::format("--bus {}: cannot open the interface: {}", name, socket->error_text());
       }
     }
+    interface.tap.GrowReceiveQueue(kTapFrames);
   }
   return "";
 }
@@ -32,6 +39,8 @@ RealtimePorts CanInterfaces::Ports() {
       ports.devices.push_back(&interface.devices_port);
     }
     ports.taps.push_back({&interface.tap_port, interface.name});
+    ports.robot_sockets.push_back(&interface.robot);
+    ports.tap_sockets.push_back(&interface.tap);
   }
   return ports;
 }

@@ -4,8 +4,6 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
-#include <atomic>
-#include <csignal>
 #include <cstdio>
 #include <filesystem>
 #include <map>
@@ -14,13 +12,13 @@
 
 #include "hil/cli/bus_choice.h"
 #include "hil/cli/can_interfaces.h"
+#include "hil/cli/in_range.h"
 #include "hil/cli/inspection.h"
+#include "hil/cli/interrupts.h"
 #include "hil/cli/program_record.h"
 #include "hil/cli/realtime_run.h"
+#include "hil/cli/scenario_choice.h"
 #include "hil/cli/virtual_run.h"
-#include "hil/plant/robot_description.h"
-#include "hil/world/start_check.h"
-#include "platform/robot/uf7.h"
 
 namespace pipewright::hil {
 namespace {
@@ -28,10 +26,6 @@ namespace {
 constexpr int kOk = 0;
 constexpr int kFailed = 1;
 constexpr int kBadInput = 2;
-
-std::atomic<bool> interrupted = false;
-
-void OnInterrupt(int) { interrupted = true; }
 
 std::filesystem::path FolderOf(const Scenario& scenario, const InspectionOptions& options) {
   if (!options.out.empty()) {
@@ -77,12 +71,17 @@ std::string OpenBus(const InspectionOptions& options, const BusChoice& bus,
   return options.no_devices ? "--no-devices: a loopback bus has none but the emulated ones" : "";
 }
 
+/// @returns an error in words, or nothing
+std::string OpenCamera(const InspectionOptions& options, DepthReceiver* camera) {
+  const std::string error = options.camera.empty() ? "" : camera->Open(options.camera);
+  return error.empty() ? "" : "--camera " + error;
+}
+
 RunHooks Hooks(bool terminal) {
-  std::signal(SIGINT, OnInterrupt);
-  std::signal(SIGTERM, OnInterrupt);
+  CatchInterrupts();
   RunHooks hooks;
   hooks.progress = [terminal](const RunProgress& p) { ShowProgress(p, terminal); };
-  hooks.interrupted = [] { return interrupted.load(); };
+  hooks.interrupted = Interrupted;
   return hooks;
 }
 
@@ -100,29 +99,8 @@ int Report(const InspectionOptions& options, const nlohmann::ordered_json& run, 
   return Passed(run) ? kOk : kFailed;
 }
 
-/// The scenario with the faults laid over it, if it can be run; else says why not.
-std::optional<Scenario> Load(const InspectionOptions& options) {
-  ScenarioResult loaded = LoadScenario(options.scenario);
-  if (loaded.scenario && options.faults) {
-    loaded.errors = LayOver(*options.faults, *loaded.scenario);
-  }
-  if (loaded.errors.empty()) {
-    const ArmVector home_rad = HomeJoints(TracerUf7());
-    StartCheck start = CheckStart(*loaded.scenario, RobotBodiesOf(TracerUf7Description()),
-                                  {home_rad.data(), kArmJoints});
-    for (const std::string& warning : start.warnings) {
-      fmt::print(stderr, "pipewright: warning: {}\n", warning);
-    }
-    loaded.errors = std::move(start.errors);
-  }
-  for (const std::string& error : loaded.errors) {
-    fmt::print(stderr, "pipewright: {}\n", error);
-  }
-  return loaded.errors.empty() ? std::move(loaded.scenario) : std::nullopt;
-}
-
 int Inspect(const InspectionOptions& options) {
-  const std::optional<Scenario> loaded = Load(options);
+  const std::optional<Scenario> loaded = LoadToRun(options.scenario, options.faults);
   if (!loaded) {
     return kBadInput;
   }
@@ -130,9 +108,13 @@ int Inspect(const InspectionOptions& options) {
   std::string error;
   const BusChoice bus = ParseBus(options.bus, &error);
   CanInterfaces interfaces;
+  DepthReceiver camera;
   RunFolder folder;
   if (error.empty()) {
     error = OpenBus(options, bus, &interfaces);
+  }
+  if (error.empty()) {
+    error = OpenCamera(options, &camera);
   }
   if (error.empty()) {
     error = folder.Open(FolderOf(scenario, options), Head(scenario, options), options.record_depth);
@@ -143,23 +125,15 @@ int Inspect(const InspectionOptions& options) {
   }
   const bool terminal = isatty(STDERR_FILENO) == 1;
   const RunHooks hooks = Hooks(terminal);
-  const nlohmann::ordered_json run =
-      bus.is_virtual() ? RunVirtual(scenario, options, folder, hooks)
-                       : RunRealtime(interfaces.Ports(), scenario, options, folder, hooks);
+  RealtimePorts ports = bus.is_virtual() ? RealtimePorts{} : interfaces.Ports();
+  ports.camera = options.camera.empty() ? nullptr : &camera;
+  const nlohmann::ordered_json run = bus.is_virtual()
+                                         ? RunVirtual(scenario, options, folder, hooks)
+                                         : RunRealtime(ports, scenario, options, folder, hooks);
   if (terminal) {
     fmt::print(stderr, "\r\033[K");
   }
   return Report(options, run, folder);
-}
-
-/// lo <= x <= hi. Unlike CLI::Range it refuses what is not a number, too.
-CLI::Validator InRange(double lo, double hi) {
-  const auto check = [lo, hi](std::string& text) -> std::string {
-    double x = 0;
-    const bool fits = CLI::detail::lexical_cast(text, x) && lo <= x && x <= hi;
-    return fits ? "" : fmt::format("{} is not from {} to {}", text, lo, hi);
-  };
-  return CLI::Validator(check, fmt::format("in [{} - {}]", lo, hi));
 }
 
 std::map<std::string, SvfiMode> SvfiModesByName() {
@@ -217,11 +191,17 @@ void AddInspect(CLI::App& app, int* exit_code) {
                    "in virtual time: loopback (two buses) or loopback-shared (one);\n"
                    "in real time: a CAN interface for all (can0), or base,arm (can0,can1)")
       ->capture_default_str();
+  CLI::Option* no_devices =
+      command
+          ->add_flag(
+              "--no-devices", options->no_devices,
+              "the devices are elsewhere on the interface (pipewright emulate): emulate none.\n"
+              "Contacts and coverage are then known there alone")
+          ->excludes(faults);  // only what is emulated can be made to fail
   command
-      ->add_flag("--no-devices", options->no_devices,
-                 "the devices are elsewhere on the interface: emulate none. Without them the\n"
-                 "camera cannot be emulated either, so the mission ends with a device fault")
-      ->excludes(faults);  // only what is emulated can be made to fail
+      ->add_option("--camera", options->camera,
+                   "with --no-devices: the Unix socket at which depth frames come")
+      ->needs(no_devices);
   command->add_option("--out", options->out,
                       "folder for the evidence (default: runs/SCENARIO[-FAULTS]-PLANNER-SEED)");
   command->add_flag("--record-depth", options->record_depth,

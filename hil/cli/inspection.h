@@ -24,6 +24,7 @@ struct InspectionOptions {
   bool realtime = false;
   std::string bus = "loopback";  ///< see BusChoice
   bool no_devices = false;       ///< on a real bus: the devices are elsewhere
+  std::string camera;            ///< with no_devices: path of the depth stream; empty: none
   bool ask_fifo = true;          ///< on a real bus: real-time scheduling and locked memory
   std::string out;               ///< empty: runs/<scenario>[-<faults>]-<planner>-<seed>
   bool record_depth = false;     ///< into the folder, for a replay

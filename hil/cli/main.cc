@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include "hil/cli/canlog_command.h"
+#include "hil/cli/emulate_command.h"
 #include "hil/cli/inspect_command.h"
 #include "hil/cli/map_command.h"
 #include "hil/cli/memory_command.h"
@@ -35,6 +36,7 @@ int main(int argc, char** argv) {
   app.set_version_flag("--version", PIPEWRIGHT_VERSION);
   int exit_code = 0;
   pipewright::hil::AddCanlog(app, &exit_code);
+  pipewright::hil::AddEmulate(app, &exit_code);
   pipewright::hil::AddInspect(app, &exit_code);
   pipewright::hil::AddMap(app, &exit_code);
   pipewright::hil::AddMemory(app, &exit_code);

@@ -2,9 +2,11 @@
 #include "hil/cli/realtime_run.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cassert>
 #include <cstring>
 #include <memory>
+#include <thread>
 
 #include "ctrl/robot_program/stop_detail.h"
 #include "ctrl/robot_program/threads.h"
@@ -27,12 +29,22 @@ using std::chrono_literals::operator""s;
 constexpr Duration kStopTimeout = 5s;   ///< for the robot to come to rest and be disabled
 constexpr Duration kFaultTimeout = 1s;  ///< the same at a device fault: quick stop is being sent
 constexpr Duration kReadPeriod = 2ms;   ///< of taps and plans
+constexpr Duration kCameraPatience = 100ms;
 
 std::int64_t ClockNanoseconds() { return Now().time_since_epoch().count(); }
 
 RobotProgramConfig Timed(RobotProgramConfig config) {
   config.control.law.stopwatch = ClockNanoseconds;
   return config;
+}
+
+/// Frames that came and found no room.
+std::uint64_t FramesLost(const std::vector<SocketCan*>& sockets) {
+  std::uint64_t lost = 0;
+  for (const SocketCan* socket : sockets) {
+    lost += socket->rx_dropped();
+  }
+  return lost;
 }
 
 struct Tap {
@@ -60,6 +72,9 @@ class RealtimeRun final : public ThreadObserver {
         base_(*ports.base, epoch_),
         arm_(*ports.arm, epoch_),
         shared_(ports.base == ports.arm),
+        robot_sockets_(ports.robot_sockets),
+        tap_sockets_(ports.tap_sockets),
+        camera_(ports.camera),
         program_(
             std::make_unique<RobotProgram>(Timed(ProgramConfig(scenario, options)), TracerUf7())),
         emulation_(scenario, options, ports.devices, folder,
@@ -78,6 +93,8 @@ class RealtimeRun final : public ThreadObserver {
   void OnControl(const ControlReport& report, Duration took) override;
   void OnMap(const MappingTask& mapping, Duration took) override;
   void OnPlan(Time now, const PlanningTask& planning, bool camera_lost, Duration took) override;
+  // the camera's, where it is elsewhere
+  void CameraLoop();
   // this one's
   RobotThreadsConfig Config() const;
   void Supervise();
@@ -97,6 +114,9 @@ class RealtimeRun final : public ThreadObserver {
   RunPort base_;
   RunPort arm_;
   const bool shared_;
+  const std::vector<SocketCan*> robot_sockets_;
+  const std::vector<SocketCan*> tap_sockets_;
+  DepthReceiver* camera_;
   std::vector<Tap> taps_;
   std::unique_ptr<RobotProgram> program_;
   EmulatorThread emulation_;
@@ -112,6 +132,8 @@ class RealtimeRun final : public ThreadObserver {
   Time next_progress_{};
   std::optional<Time> stopping_since_;
   std::optional<Time> interrupted_;
+  std::atomic<bool> camera_quit_ = false;
+  std::atomic<std::uint64_t> camera_frames_ = 0;
 };
 
 void RealtimeRun::OnControl(const ControlReport& report, Duration took) {
@@ -131,6 +153,20 @@ void RealtimeRun::OnMap(const MappingTask& mapping, Duration) {
 
 void RealtimeRun::OnPlan(Time now, const PlanningTask& planning, bool, Duration took) {
   plans_.Push({.now = now, .output = planning.output(), .goal = planning.goal(), .took = took});
+}
+
+/// Ends with the stream, too: the program then finds its camera silent.
+void RealtimeRun::CameraLoop() {
+  Latest<DepthFrame>& frames = threads_->frames();
+  Status status = Status::kOk;
+  while (!camera_quit_ && (status == Status::kOk || status == Status::kTimeout)) {
+    status = camera_->Read(frames.Back(), kCameraPatience);
+    if (status == Status::kOk) {
+      frames.Back().stamp = Time{frames.Back().stamp - epoch_};
+      frames.Publish();
+      ++camera_frames_;
+    }
+  }
 }
 
 void RealtimeRun::ReadTaps() {
@@ -224,26 +260,43 @@ nlohmann::ordered_json RealtimeRun::Figures(Time end, Status started) {
   const CycleStats cycles = threads_->cycles();
   run["realtime"] = {
       {"devices", emulation_.with_devices() ? "emulated" : "elsewhere"},
+      {"camera_frames", camera_ != nullptr ? nlohmann::ordered_json(camera_frames_.load())
+                                           : nlohmann::ordered_json(nullptr)},
       {"fifo", options_.ask_fifo ? granted(grant.scheduler_error) : "not asked for"},
       {"memory_lock", options_.ask_fifo ? granted(grant.memory_error) : "not asked for"},
       {"cycles_missed", cycles.missed},
       {"latency_max_us", 1e6 * ToSeconds(cycles.worst_latency)},
       {"emulator_late_max_ms", 1e3 * ToSeconds(emulation_.late_max())},
       {"trace_lost", emulation_.cycles().dropped()},
-      {"plans_lost", plans_.dropped()}};
+      {"plans_lost", plans_.dropped()},
+      {"rx_lost", FramesLost(robot_sockets_)},
+      {"log_lost", FramesLost(tap_sockets_)}};
   return run;
 }
 
 nlohmann::ordered_json RealtimeRun::Run() {
   assert(program_->status() == Status::kOk);  // options and scenario were checked
+  for (const std::vector<SocketCan*>* sockets : {&robot_sockets_, &tap_sockets_}) {
+    for (SocketCan* socket : *sockets) {
+      socket->Discard();  // devices elsewhere have been talking since the interface was opened
+    }
+  }
   epoch_ = Now();
   threads_ = std::make_unique<RobotThreads>(*program_, Config(), this);
   emulation_.Start(epoch_, threads_->frames());
   const Status started = shared_ ? threads_->Start(base_, base_) : threads_->Start(base_, arm_);
+  std::thread camera;
   if (started == Status::kOk) {
+    if (camera_ != nullptr) {
+      camera = std::thread([this] { CameraLoop(); });
+    }
     Supervise();
   }
   const Time end = SinceStart();
+  camera_quit_ = true;
+  if (camera.joinable()) {
+    camera.join();
+  }
   threads_->Stop(Duration::zero());
   emulation_.Stop();
   ReadTaps();

@@ -5,7 +5,9 @@
 #include <vector>
 
 #include "hil/cli/virtual_run.h"
+#include "hil/depth_stream/depth_receiver.h"
 #include "hil/devices/port.h"
+#include "platform/linux/socket_can.h"
 
 namespace pipewright::hil {
 
@@ -21,14 +23,18 @@ struct RealtimePorts {
   Port* arm = nullptr;         ///< the base's: one bus for both
   std::vector<Port*> devices;  ///< as Emulator takes them; empty: the devices are elsewhere
   std::vector<Tap> taps;       ///< that hear everything
+  /// Behind `base` and `arm`, and behind `taps`, where they are the kernel's: for what was lost.
+  std::vector<SocketCan*> robot_sockets;
+  std::vector<SocketCan*> tap_sockets;
+  DepthReceiver* camera = nullptr;  ///< open, where the devices are elsewhere; else none
 };
 
 /// The robot program on three threads and the machine's clock; the emulated devices, camera and
 /// truth on a fourth, in steps of 1 ms; this thread writes can.log and plan.jsonl. The folder's
 /// files are those of a virtual run, and run.json has "realtime" besides.
 ///
-/// Without devices there is no plant, and so no camera: whatever answers on the bus, the mission
-/// ends with a device fault. true_* of trace.csv then stay at the scenario's start.
+/// Without devices there is no plant here: true_* of trace.csv stay at the scenario's start, and
+/// depth frames come from ports.camera, or else the mission ends with a device fault.
 /// @returns run.json's object
 nlohmann::ordered_json RunRealtime(const RealtimePorts& ports, const Scenario& scenario,
                                    const InspectionOptions& options, RunFolder& folder,

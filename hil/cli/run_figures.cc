@@ -41,6 +41,11 @@ Json Missed(const Truth& truth) {
   return missed;
 }
 
+/// Contacts, clearances and coverage of a run whose devices are not emulated here mean nothing.
+bool TruthIsElsewhere(const Json& run) {
+  return run.contains("realtime") && run["realtime"]["devices"] == "elsewhere";
+}
+
 std::string Metres(const Json& value) {
   return value.is_null() ? "none near" : fmt::format("{:.3f} m", value.get<double>());
 }
@@ -205,13 +210,17 @@ std::string RunTable(const Json& run, const std::string& folder) {
   const std::string detail = run["stop_detail"];
   row("result", fmt::format("{}{}", run["stop_reason"].get<std::string>(),
                             detail.empty() ? "" : ": " + detail));
-  row("coverage",
-      fmt::format("{:.1f} % ({} of {} coverable surface voxels)",
-                  100 * coverage["ratio"].get<double>(), coverage["truth_covered"].get<int>(),
-                  coverage["truth_coverable"].get<int>()));
-  row("contacts", fmt::format("{}", run["contacts"].get<int>()));
-  row("clearance", fmt::format("walls {}, pipes {}, itself {}", Metres(clear["plane"]),
-                               Metres(clear["pipe"]), Metres(clear["self"])));
+  if (TruthIsElsewhere(run)) {
+    row("truth", "known where the devices are");
+  } else {
+    row("coverage",
+        fmt::format("{:.1f} % ({} of {} coverable surface voxels)",
+                    100 * coverage["ratio"].get<double>(), coverage["truth_covered"].get<int>(),
+                    coverage["truth_coverable"].get<int>()));
+    row("contacts", fmt::format("{}", run["contacts"].get<int>()));
+    row("clearance", fmt::format("walls {}, pipes {}, itself {}", Metres(clear["plane"]),
+                                 Metres(clear["pipe"]), Metres(clear["self"])));
+  }
   row("time", fmt::format("{:.1f} s simulated in {:.1f} s ({:.1f}x)", sim_s, wall_s,
                           wall_s > 0 ? sim_s / wall_s : 0));
   row("planning", fmt::format("{} steps, {:.0f} ms median", run["plan"]["steps"].get<int>(),

@@ -25,8 +25,10 @@ void Silence(const ScheduledFault& fault, std::optional<Time>& from) {
   from = std::min(from.value_or(Time::max()), FaultTime(fault));
 }
 
-DeviceSetConfig Devices(const Plant& plant, const Scenario& scenario, std::uint64_t seed) {
+DeviceSetConfig Devices(const Plant& plant, const Scenario& scenario, std::uint64_t seed,
+                        const TracerConfig& tracer) {
   DeviceSetConfig config = TracerUf7Devices(plant.lower_rad(), plant.upper_rad());
+  config.tracer = tracer;
   const BaseSpec& base = scenario.base;
   config.tracer.slip = {.yaw_scale_slow = base.yaw_scale_slow,
                         .yaw_scale_fast = base.yaw_scale_fast,
@@ -50,13 +52,13 @@ DeviceSetConfig Devices(const Plant& plant, const Scenario& scenario, std::uint6
 }  // namespace
 
 Emulator::Emulator(const Scenario& scenario, const Vec<kPlantJoints>& home_rad, std::uint64_t seed,
-                   const std::vector<Port*>& ports)
+                   const std::vector<Port*>& ports, const TracerConfig& tracer)
     : scenario_(scenario),
       robot_(RobotBodiesOf(TracerUf7Description())),
       start_{scenario.start.x_m, scenario.start.y_m, scenario.start.yaw_rad},
       start_joints_rad_(JointsOf(scenario.start, home_rad)),
       plant_(TracerUf7Description(), start_, start_joints_rad_),
-      devices_(Devices(plant_, scenario, seed), ports),
+      devices_(Devices(plant_, scenario, seed, tracer), ports),
       camera_(scenario.camera, scenario_.solids, robot_, seed),
       truth_(scenario_, robot_) {
   for (const ScheduledFault& fault : scenario.faults) {
@@ -110,6 +112,20 @@ std::span<const Isometry3d> Emulator::Links() {
 }
 
 void Emulator::Render(DepthFrame& frame) { camera_.Render(plant_.X_WS(), Links(), frame); }
+
+void Emulator::Look(Time now, View& view) {
+  view.now = now;
+  view.X_WS = plant_.X_WS();
+  const std::span<const Isometry3d> links = Links();
+  view.X_WL.assign(links.begin(), links.end());
+}
+
+int Emulator::Render(const View& view, DepthFrame& frame) {
+  const int passed = camera_.PassDueBefore(view.now);
+  camera_.Render(view.X_WS, view.X_WL, frame);
+  frame.stamp = view.now;
+  return passed;
+}
 
 const Clearance& Emulator::Measure(Time now) {
   if (now >= next_cover_) {

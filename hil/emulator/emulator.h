@@ -23,10 +23,18 @@ class Emulator {
  public:
   static constexpr Duration kTick = std::chrono::milliseconds(1);
 
+  /// Where the camera and the robot's links are at an instant.
+  struct View {
+    Time now{};
+    Isometry3d X_WS = Isometry3d::Identity();
+    std::vector<Isometry3d> X_WL;
+  };
+
   /// @param home_rad  joints at start when the scenario names none
   /// @param ports     one for all devices, or the Tracer's and the arm's; they outlive this
+  /// @param tracer    but for its slip, which is the scenario's
   Emulator(const Scenario& scenario, const Vec<kPlantJoints>& home_rad, std::uint64_t seed,
-           const std::vector<Port*>& ports);
+           const std::vector<Port*>& ports, const TracerConfig& tracer = {});
 
   /// The devices hear, act and answer; then the bodies move for one tick.
   void Step(Time now);
@@ -35,12 +43,21 @@ class Emulator {
   bool FrameDue(Time now) const;
   void Render(DepthFrame& frame);
 
+  /// The same in two halves, for a camera that is rendered on a thread of its own: Look() belongs
+  /// to the thread that steps, the others to the camera's.
+  void Look(Time now, View& view);
+  bool FrameDue(const View& view) const { return FrameDue(view.now); }
+  /// The frame due, or the latest of several: those before it never come. Its stamp is the view's.
+  /// @returns how many frames never come
+  int Render(const View& view, DepthFrame& frame);
+
   /// Clearances, contacts and coverage at this instant; once a control cycle.
   const Clearance& Measure(Time now);
 
   const Plant& plant() const { return plant_; }
   const Truth& truth() const { return truth_; }
   DeviceSet& devices() { return devices_; }
+  const DeviceSet& devices() const { return devices_; }
   /// Where the robot stood at the start.
   const BasePose& start() const { return start_; }
   const Vec<kPlantJoints>& start_joints_rad() const { return start_joints_rad_; }

@@ -106,6 +106,17 @@ Time DepthCamera::next_stamp() const {
   return Time{FromSeconds(static_cast<double>(sequence_) / spec_.rate_hz)};
 }
 
+int DepthCamera::PassDueBefore(Time now) {
+  for (int passed = 0;; ++passed) {
+    const std::uint32_t due = sequence_++;
+    PassLost();
+    if (next_stamp() > now) {
+      sequence_ = due;
+      return passed;
+    }
+  }
+}
+
 /// Whether a sphere may be in the picture: it is not wholly beyond one side of the view's pyramid.
 bool DepthCamera::MaySee(const Vector3d& center_S, double radius_m) const {
   const auto inside = [&](double across, double tangent) {

@@ -39,6 +39,10 @@ class DepthCamera {
   /// is lost has its sequence number, too.
   Time next_stamp() const;
 
+  /// Passes over frames that nobody rendered in time, as long as the one after them is due at
+  /// `now`, too. @returns how many
+  int PassDueBefore(Time now);
+
   /// Renders the next frame, seen from X_WS with the robot's links at X_WL. Some 2 ms of one core.
   void Render(const Isometry3d& X_WS, std::span<const Isometry3d> X_WL, DepthFrame& frame);
 

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <algorithm>
-#include <cmath>
 
 #include "platform/core/frames.h"
 
@@ -29,24 +28,33 @@ inline Vector3d Variances(const Placement& placed) { return {placed.m2, placed.m
 /// looks, and not where they are. Its error is a random walk, and they took theirs from it: the
 /// lesser of both variances is common to both, and no fix among them tells of it.
 ///
-/// @param P       covariance of a state that begins with (x, y, phi), less `common`: given anew by
-///                scaling rows and columns where more of it is common now
+/// With a_k the share of P_kk that stays, 1 where nothing is taken,
+///
+///   P_ij <- min(a_i, a_j) P_ij
+///
+/// which is a covariance again, as the kernel min is; and no cov(i, j)/var(j) grows by it, so that
+/// a fix of j moves i by no more than before.
+///
+/// @param P       covariance of a state that begins with (x, y, phi), less `common`
 /// @param common  variances of (x, y, phi)
 /// @returns the variances common to the base and to surfaces that are placed so
 template <int N>
 Vector3d CommonWith(const Placement& surfaces, const Vector3d& common, Mat<N, N>& P) {
   const Vector3d theirs = Variances(surfaces);
   const Vector3d both = theirs.cwiseMin(P.diagonal().template head<3>() + common);
+  const Vector3d more = both - common;
+  Eigen::Matrix<double, N, 1> stays = Eigen::Matrix<double, N, 1>::Ones();
   for (int k = 0; k < 3; ++k) {
-    const double more = both(k) - common(k);
-    if (more <= 0) {
-      P(k, k) -= more;
-      continue;
+    if (more(k) > 0) {
+      stays(k) = std::max(0.0, P(k, k) - more(k)) / P(k, k);
     }
-    const double scale = std::sqrt(std::max(0.0, P(k, k) - more) / P(k, k));
-    P.row(k) *= scale;
-    P.col(k) *= scale;
   }
+  for (int i = 0; i < N; ++i) {
+    for (int j = 0; j < N; ++j) {
+      P(i, j) *= std::min(stays(i), stays(j));
+    }
+  }
+  P.diagonal().template head<3>() += (-more).cwiseMax(0);
   return both;
 }
 

@@ -28,7 +28,7 @@ TEST(Command, HelpsAndTellsItsVersion) {
   const CommandResult version = Pipewright("--version", folder);
   EXPECT_EQ(version.exit_code, 0);
   EXPECT_NE(version.out.find("0.1.0"), std::string::npos) << version.out;
-  for (const char* help : {"--help", "inspect --help"}) {
+  for (const char* help : {"--help", "inspect --help", "emulate --help"}) {
     const CommandResult result = Pipewright(help, folder);
     EXPECT_EQ(result.exit_code, 0);
     EXPECT_NE(result.out.find("inspect"), std::string::npos);
@@ -48,7 +48,9 @@ TEST(Command, SaysWhichFlagIsWrongAndStartsNothing) {
     const char* expected;  ///< in what it says
   } cases[] = {
       {"", "subcommand"},
-      {"dance", "no command 'dance'; there are: canlog inspect map memory primitives qp replay"},
+      {"dance",
+       "no command 'dance'; there are: canlog emulate inspect map memory primitives qp replay "
+       "status start stop estop rearm"},
       {"inspect --colour blue", "--colour"},
       {"inspect --seed twelve", "--seed"},
       {"inspect --seed -1", "--seed"},
@@ -68,6 +70,18 @@ TEST(Command, SaysWhichFlagIsWrongAndStartsNothing) {
       {"replay run --speed 0", "--speed"},
       {"replay run --speed fast", "--speed"},
       {"replay nowhere", "run.json: cannot be read"},
+      {"inspect --bus can0 --camera depth", "--no-devices"},
+      {"emulate", "--bus is required"},
+      {"emulate --bus nosuchcan9", "--bus nosuchcan9: cannot open the interface"},
+      {"emulate --bus can0 --rate 200", "one bus for base and arm"},
+      {"emulate --bus can0 --arm-bus can1 --rate 500", "the arm's bus"},
+      {"emulate --bus can0 --scenario nosuch", "nosuch"},
+      {"emulate --bus can0 --modes scout", "--modes"},
+      {"emulate --bus can0 --track 0", "--track"},
+      {"emulate --bus can0 --wheel-radius nan", "--wheel-radius"},
+      {"emulate --bus can0 --yaw-scale 3", "--yaw-scale"},
+      {"emulate --bus can0 --ramp 1", "--ramp"},
+      {"emulate --bus can0 --brake 1 -1", "--brake"},
   };
   for (const auto& c : cases) {
     SCOPED_TRACE(c.arguments);

@@ -305,5 +305,56 @@ TEST_F(EmulatorTest, IsAFunctionOfTheScenarioAndTheSeed) {
   EXPECT_NE(depths(1), depths(2));
 }
 
+TEST_F(EmulatorTest, ACameraOnItsOwnThreadSeesTheSameAndPassesOverWhatItWasTooLateFor) {
+  can::LoopbackBus bus(500'000);
+  PortOf<can::LoopbackBus::Port> port(*bus.Attach());
+  Emulator at_once(Cell(), Joints::Zero(), 1, {&port});
+  Emulator apart(Cell(), Joints::Zero(), 1, {&port});
+  const auto wanted = std::make_unique<DepthFrame>();
+  const auto frame = std::make_unique<DepthFrame>();
+  Emulator::View view;
+
+  at_once.Render(*wanted);
+  apart.Look(Time{milliseconds(3)}, view);
+  ASSERT_TRUE(apart.FrameDue(view));
+  EXPECT_EQ(apart.Render(view, *frame), 0);
+  EXPECT_EQ(frame->depth_mm, wanted->depth_mm);
+  EXPECT_EQ(frame->stamp, Time{milliseconds(3)}) << "when it was seen, not when it was due";
+  EXPECT_FALSE(apart.FrameDue(view));
+
+  // Those of 1/15, 2/15 and 3/15 s never come; the one of 4/15 s does.
+  apart.Look(Time{milliseconds(270)}, view);
+  EXPECT_EQ(apart.Render(view, *frame), 3);
+  for (int i = 1; i <= 4; ++i) {
+    at_once.Render(*wanted);
+  }
+  EXPECT_EQ(frame->sequence, wanted->sequence);
+  EXPECT_EQ(frame->depth_mm, wanted->depth_mm);
+  EXPECT_FALSE(apart.FrameDue(view));
+}
+
+TEST_F(EmulatorTest, TheBaseIsBuiltAsAsked) {
+  can::LoopbackBus bus(500'000);
+  PortOf<can::LoopbackBus::Port> port(*bus.Attach());
+  PortOf<can::LoopbackBus::Port> host(*bus.Attach());
+  TracerConfig tracer;
+  tracer.modes = can::kModesTracer12;
+  Emulator emulator(Cell(), Joints::Zero(), 1, {&port}, tracer);
+  emulator.devices().tracer().SetRemote(true, 0, 0);
+  for (int i = 1; i <= 300; ++i) {
+    emulator.Step(Time{milliseconds(i)});
+    bus.AdvanceTo(Time{milliseconds(i)});
+  }
+  can::Frame frame;
+  int states = 0;
+  while (host.Receive(frame)) {
+    if (frame.id == 0x211) {
+      EXPECT_EQ(frame.data[1], 0) << "remote control, by the manual of v1.2; 3 by the SDK";
+      ++states;
+    }
+  }
+  EXPECT_GT(states, 3);
+}
+
 }  // namespace
 }  // namespace pipewright::hil

@@ -5,6 +5,7 @@
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <cmath>
 
 #include "platform/core/rng.h"
 
@@ -36,6 +37,12 @@ TEST(CommonWith, MovesVarianceAndLosesNone) {
       EXPECT_EQ(common(i), std::min(total(i), i < 2 ? surfaces.m2 : surfaces.rad2));
     }
     EXPECT_EQ(P, P.transpose());
+    for (int i = 0; i < 4; ++i) {
+      for (int j = 0; j < 3; ++j) {
+        const double pull = std::abs(before(i, j) / before(j, j));
+        EXPECT_LE(std::abs(P(i, j)), pull * P(j, j) * (1 + 1e-9) + 1e-12) << "of j on i";
+      }
+    }
     const Eigen::SelfAdjointEigenSolver<Mat<4, 4>> solver(P, Eigen::EigenvaluesOnly);
     EXPECT_GT(solver.eigenvalues()(0), -1e-12);
   }
