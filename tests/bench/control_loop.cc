@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "hil/cli/bus_choice.h"
+#include "ctrl/robot_program/control_rate.h"
 #include "plan/motion/inverse_kinematics.h"
 
 namespace pipewright::bench {
@@ -23,7 +23,7 @@ constexpr double kRadius_m = 0.003;
 LoopConfig ConfigAt(double rate_hz) {
   const Configuration start = test::Cell::Start();
   return {.period_s = 1 / rate_hz,
-          .arm_cycle_ms = hil::ArmCycle_ms(rate_hz, false),
+          .arm_cycle_ms = ArmCycle_ms(rate_hz, false),
           .x_m = start(0),
           .y_m = start(1),
           .phi_rad = start(2)};
