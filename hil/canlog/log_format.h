@@ -15,6 +15,7 @@ struct LogInput {
   ByteWindow& bytes;
   ChannelNames& channels;
   LogProblems& problems;
+  bool whole_lines = false;  ///< of LogOptions
 };
 
 /// A reader of one format: takes frames from front to back, in constant memory.

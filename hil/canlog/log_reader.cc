@@ -41,6 +41,7 @@ std::string LogReader::Open(std::FILE* file, const std::string& name, const LogO
 std::string LogReader::Begin(const std::string& name, const LogOptions& options) {
   const std::string_view begin = window_.Peek(kSampleBytes);
   format_ = FormatOf(begin, options);
+  whole_lines_ = options.whole_lines;
   if (format_ || begin.empty()) {
     return "";
   }
@@ -58,7 +59,7 @@ std::string LogReader::Begin(const std::string& name, const LogOptions& options)
 }
 
 std::span<LogFrame> LogReader::Next() {
-  LogInput in{window_, channels_, problems_};
+  LogInput in{window_, channels_, problems_, whole_lines_};
   const std::size_t frames = format_ ? format_->Fill(in, block_) : 0;
   if (frames < block_.size() && !source_.error().empty()) {
     problems_.EndsEarly(source_.error());

@@ -14,7 +14,8 @@
 namespace pipewright::hil {
 
 struct LogOptions {
-  bool deltas = false;  ///< candump's stamps are times between frames (-t d)
+  bool deltas = false;       ///< candump's stamps are times between frames (-t d)
+  bool whole_lines = false;  ///< a text's last line counts only with its line feed
 };
 
 /// Reads one log from front to back, whatever its format: candump -L, candump, ASC, pcap or
@@ -29,7 +30,8 @@ struct LogOptions {
 ///   Tell(log.problems());
 ///
 /// A text's last line needs no line feed if it makes sense: a candump -L that was cut between two
-/// bytes of a payload ends with a shorter frame, and does not tell.
+/// bytes of a payload ends with a shorter frame, and does not tell. Who must know asks for
+/// whole_lines.
 class LogReader {
  public:
   /// Channels of several logs share their numbers.
@@ -62,6 +64,7 @@ class LogReader {
   ByteWindow window_{source_};
   LogProblems problems_;
   std::unique_ptr<LogFormat> format_;
+  bool whole_lines_ = false;
   std::vector<LogFrame> block_;
 };
 

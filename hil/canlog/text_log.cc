@@ -82,7 +82,7 @@ class TextLog final : public LogFormat {
  private:
   /// A last line that no line feed ends is whole if it makes sense, unless what it is from was cut.
   bool TakeLast(LogInput& in, std::string_view line, LogFrame& frame) {
-    if (in.bytes.source().error().empty()) {
+    if (in.bytes.source().error().empty() && !in.whole_lines) {
       const LineMeaning meaning = lines_.Read(line, in.channels, frame);
       if (meaning.kind == LineMeaning::Kind::kFrame) {
         return true;

@@ -31,7 +31,7 @@ class RecordedBus final : public Port {
   static constexpr Time kCalendar{std::chrono::hours(24 * 365)};
 
   /// @param path  of a log in any format that LogReader knows; "-": standard input
-  explicit RecordedBus(const std::string& path) : log_({path}, {}, {}) {}
+  explicit RecordedBus(const std::string& path) : log_({path}, {.whole_lines = true}, {}) {}
 
   /// @returns why the log cannot be replayed at all, in words, or nothing
   std::string Open();
