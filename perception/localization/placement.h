@@ -41,7 +41,7 @@ inline Vector3d Variances(const Placement& placed) { return {placed.m2, placed.m
 template <int N>
 Vector3d CommonWith(const Placement& surfaces, const Vector3d& common, Mat<N, N>& P) {
   const Vector3d theirs = Variances(surfaces);
-  const Vector3d both = theirs.cwiseMin(P.diagonal().template head<3>() + common);
+  Vector3d both = theirs.cwiseMin(P.diagonal().template head<3>() + common);
   const Vector3d more = both - common;
   Eigen::Matrix<double, N, 1> stays = Eigen::Matrix<double, N, 1>::Ones();
   for (int k = 0; k < 3; ++k) {
