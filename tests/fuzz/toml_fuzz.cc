@@ -26,8 +26,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t siz
   const hil::ScenarioResult result = hil::ParseScenario(toml, "input", "no such folder");
   test::Require(result.scenario.has_value() == result.errors.empty(), "a scenario, or errors");
   if (result.scenario) {
-    for (const hil::BoxRegion& region : {result.scenario->workspace, result.scenario->map}) {
-      const hil::VoxelRange voxels = hil::VoxelsOf(region);
+    for (const BoxRegion& region : {result.scenario->workspace, result.scenario->map}) {
+      const VoxelRange voxels = VoxelsOf(region);
       for (std::size_t i = 0; i < 3; ++i) {
         test::Require(voxels.lo[i] <= voxels.hi[i] && voxels.hi[i] - voxels.lo[i] <= 201,
                       "a region has voxels, and not too many");
