@@ -259,12 +259,14 @@ void PoseFilter::Learn(double surplus) {
   TellOdometry();
 }
 
-/// The fixes are right: the base has slipped by their offset before moment i.
+/// The fixes are right: a wheel has slipped by their offset before moment i. What a wheel loses
+/// turns the base more than it keeps it back.
 void PoseFilter::Slipped(int i) {
   ++slips_;
   const Vector3d& y = dissent_.offset();
-  const double way2 = y.head<2>().squaredNorm();
-  moments_[i].P.diagonal().head<3>() += Vector3d(way2, way2, Squared(y.z()));
+  const double half_track_m = config_.odometry.track_m / 2;
+  const double lost2 = std::max(y.head<2>().squaredNorm(), Squared(half_track_m * y.z()));
+  moments_[i].P.diagonal().head<3>() += Vector3d(lost2, lost2, lost2 / Squared(half_track_m));
 }
 
 /// A surprise that chance does not bring: the floor is that much more slippery at once, and was on

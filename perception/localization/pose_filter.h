@@ -13,8 +13,9 @@ namespace pipewright {
 struct PoseFilterConfig {
   WheelOdometryConfig odometry{};
   /// Slip as WheelOdometryConfig states it, of a floor of usual grip. The floor's own is found by
-  /// the fixes, as a factor of these standard deviations.
-  WheelSlip slip{.m = 0.01, .rad_per_m = 0.02, .rad_per_rad = 0.02};
+  /// the fixes, as a factor of these standard deviations. Each wheel slips by itself: what loses
+  /// the base a metre in the mean turns it by 2/track rad.
+  WheelSlip slip{.m = 0.0035, .rad_per_m = 0.02, .rad_per_rad = 0.02};
   double slip_start = 1;  ///< the factor before anything is known
   double slip_least = 0.15;
   double slip_most = 10;
@@ -74,10 +75,11 @@ constexpr bool Valid(const PoseFilterConfig& c) {
 /// has moved: that it slipped is as likely as a false fix. So do some refused fixes in a row; a
 /// scan that fits nowhere is one, too. While doubted() the robot is to stand, and the next fixes
 /// tell: some in a row within the gate end the doubt, the pose was right; some in a row beyond it
-/// that agree with one another (Dissent) are believed. Then the base has slipped by their offset y,
-/// and as far in the directions of which they tell nothing: with e the length of (y_x, y_y),
+/// that agree with one another (Dissent) are believed. Then a wheel has slipped by as much as
+/// explains their offset y, in the directions of which they tell nothing, too; with b half the
+/// track,
 ///
-///   P += diag(e², e², y_phi²),   f and P likewise
+///   P += diag(e², e², e²/b²),   e = max(|(y_x, y_y)|, b |y_phi|),   f and P likewise
 ///
 /// Offsets beyond what lost() allows are not found again: the robot stops.
 ///

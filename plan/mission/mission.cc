@@ -177,11 +177,8 @@ void Mission::LookStep(const MissionInput& input, Time now) {
   if (now < settled_at_) {
     return;
   }
-  const MapCounts& counts = input.map.counts();
-  const bool known =
-      !looking_again_ && counts.free + counts.occupied >= config_.looks_until_known * counts.total;
   const int looks = looking_again_ ? config_.looks_again : config_.looks.size();
-  while (!known && next_look_ < looks) {
+  while (next_look_ < looks) {
     if (NextLook(input, now)) {
       ++out_.looks;
       return;

@@ -16,7 +16,7 @@ struct MapCounts;
 
 enum class MissionState : std::uint8_t {
   kStart,       ///< waiting for every device to be enabled and fresh
-  kLookAround,  ///< arm postures about the start, so that more than the start bubble is known
+  kLookAround,  ///< arm postures about the start, the base at rest
   kPlan,        ///< the next Step() plans
   kMove,        ///< the controller is on its way
   kHold,        ///< standing until scans and pose agree again, then a new plan
@@ -81,10 +81,11 @@ struct MissionConfig {
   CfnbvConfig cfnbv;
   CfnbvPaperConfig paper;
   /// Looks to take first: arm joint angles minus those at the start, rad. One without a path is
-  /// halved until it has one, at most twice, and else left out.
+  /// halved until it has one, at most twice, and else left out. They are taken however much is
+  /// known already: what is seen from the start is placed without an error of the wheels, and all
+  /// that comes after finds itself among it.
   FixedVector<ArmVector, kMaxLooks> looks;
   int looks_again = 8;                       ///< at random, when no view can be reached
-  double looks_until_known = 0.0005;         ///< share of W; once so much is known, planning begins
   Duration start_timeout = FromSeconds(10);  ///< for the devices to come up
   Duration device_timeout = FromSeconds(1);  ///< a state that is invalid for so long is a fault
   Duration goal_timeout = FromSeconds(60);   ///< a goal not reached by then counts as stalled
@@ -99,9 +100,9 @@ struct MissionConfig {
 constexpr bool Valid(const MissionConfig& c) {
   return Valid(c.cfnbv) && Valid(c.paper) && c.start_timeout > Duration::zero() &&
          c.device_timeout > Duration::zero() && c.goal_timeout > Duration::zero() &&
-         c.hold_timeout > Duration::zero() && c.looks_until_known >= 0 && c.looks_again >= 0 &&
-         c.settle >= Duration::zero() && c.mission_timeout > Duration::zero() &&
-         c.stalls_until_stuck > 0 && c.failed_plans_until_stop > 0;
+         c.hold_timeout > Duration::zero() && c.looks_again >= 0 && c.settle >= Duration::zero() &&
+         c.mission_timeout > Duration::zero() && c.stalls_until_stuck > 0 &&
+         c.failed_plans_until_stop > 0;
 }
 
 /// With the looks that suit the UF7's folded posture.

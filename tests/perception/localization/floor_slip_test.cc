@@ -22,10 +22,11 @@ struct Outcome {
   double wheels_m = 0;
 };
 
-/// A minute at 0.2 m/s to and fro, by wheels that slip as `slip` says, with fixes that err by a
-/// millimetre, the same way for a second.
+/// A minute at 0.2 m/s to and fro, by wheels that slip `slip` times as usual, with fixes that err
+/// by a millimetre, the same way for a second.
 Outcome Drive(double slip, double fix_m, std::uint64_t seed) {
   PoseFilter filter({.odometry = {.track_m = kTrack_m, .quantum_m = 1e-9}});
+  const WheelSlip usual = PoseFilterConfig{}.slip;
   Rng rng(seed);
   Vector3d truth = Vector3d::Zero();
   Vector3d bias = Vector3d::Zero();
@@ -38,8 +39,9 @@ Outcome Drive(double slip, double fix_m, std::uint64_t seed) {
     const double t = 0.008 * std::cos(0.013 * k);
     left += s - t * kTrack_m / 2;
     right += s + t * kTrack_m / 2;
-    const double s_true = s + slip * 0.01 * std::sqrt(std::abs(s)) * rng.Normal();
-    const double t_true = t + slip * 0.02 * std::sqrt(std::abs(s) + std::abs(t)) * rng.Normal();
+    const double s_true = s + slip * usual.m * std::sqrt(std::abs(s)) * rng.Normal();
+    const double t_true =
+        t + slip * usual.rad_per_m * std::sqrt(std::abs(s) + std::abs(t)) * rng.Normal();
     truth = AlongArc(truth, {s_true, t_true});
     (void)filter.Step(Time{milliseconds(20 * k)}, s / 0.02, t / 0.02, left, right);
     if (k % 50 == 1) {

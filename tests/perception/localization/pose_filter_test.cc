@@ -54,15 +54,17 @@ TEST(PoseFilter, AFixAtStandstillIsTheInformationWeightedMean) {
   ASSERT_EQ(filter.Correct(fix), Status::kOk);
 
   const Mat<3, 3> of_points = (config.fix.share * fix.information).inverse();
-  Mat<3, 3> R = of_points;
-  R.diagonal() +=
-      Vector3d(config.fix.sigma_m * config.fix.sigma_m, config.fix.sigma_m * config.fix.sigma_m,
-               config.fix.sigma_rad * config.fix.sigma_rad);
+  const Mat<3, 3> of_place = Vector3d(config.fix.sigma_m, config.fix.sigma_m, config.fix.sigma_rad)
+                                 .cwiseAbs2()
+                                 .asDiagonal();
+  Mat<3, 3> across;
+  across << 0, -config.fix.tilt_rad, 0, config.fix.tilt_rad, 0, 0, 0, 0, 0;
+  const Mat<3, 3> R = of_points + of_place + across * start.covariance * across.transpose();
   const Mat<3, 3> prior = start.covariance.inverse();
   const Mat<3, 3> posterior = (prior + R.inverse()).inverse();
   const Vector3d expected = posterior * (prior * Vector3d(1, 2, 0.5) + R.inverse() * fix.pose);
   EXPECT_LT((PoseOf(filter) - expected).cwiseAbs().maxCoeff(), 1e-8);
-  const Mat<3, 3> stated = filter.pose().covariance - R + of_points;
+  const Mat<3, 3> stated = filter.pose().covariance - of_place;
   EXPECT_LT((stated - posterior).cwiseAbs().maxCoeff(), 1e-9);
 }
 
@@ -84,8 +86,47 @@ TEST(PoseFilter, ADirectionWithoutInformationStaysAsItWas) {
   EXPECT_NEAR(PoseOf(filter).dot(n), 0.01, 5e-4);
   EXPECT_NEAR(PoseOf(filter).dot(along), 0, 1e-7);
   const Mat<3, 3> P = filter.pose().covariance;
-  EXPECT_LT(n.dot(P * n), 1e-6 + 2 * shared_m2);
+  const double of_tilt_m2 = config.fix.tilt_rad * config.fix.tilt_rad * 1e-4;
+  EXPECT_LT(n.dot(P * n), 1e-6 + 2 * shared_m2 + of_tilt_m2);
   EXPECT_NEAR(along.dot(P * along), 1e-4 + shared_m2, 1e-9);
+}
+
+/// A wall tells of the way to it alone, however often it is seen, each time by a normal that is a
+/// little different: along it the base keeps its place, and how unsure it is.
+TEST(PoseFilter, AWallDoesNotTellWhereAlongItTheBaseIs) {
+  const auto after_fixes = [](double tilt_rad, std::uint64_t seed) {
+    PoseFilterConfig config = Fine();
+    config.fix.tilt_rad = tilt_rad;
+    PoseFilter filter(config);
+    BasePose start;
+    start.covariance = Vector3d(2.5e-3, 2.5e-3, 1e-6).asDiagonal();
+    filter.Reset(start);
+    const double wall_m = 0.02;  // nearer by this than the base takes it to be
+    Rng rng(seed);
+    Vector3d n = Vector3d::UnitY();
+    for (int k = 1; k <= 280; ++k) {
+      if (k % 40 == 1) {
+        const double tilt = 0.01 * rng.Normal();
+        n = {std::sin(tilt), std::cos(tilt), 0};
+      }
+      const Time now{milliseconds(20 * k)};
+      EXPECT_EQ(filter.Step(now, 0, 0, 0, 0), Status::kOk);
+      const double off_m = wall_m - PoseOf(filter).y();
+      (void)filter.Correct({.stamp = now,
+                            .pose = PoseOf(filter) + off_m * n,
+                            .information = 4e6 * n * n.transpose()});
+    }
+    return filter.pose();
+  };
+  double feigned_m = 0;
+  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+    const BasePose pose = after_fixes(FixNoiseConfig{}.tilt_rad, seed);
+    EXPECT_NEAR(pose.y_m, 0.02, 2e-3) << seed;
+    EXPECT_LT(std::abs(pose.x_m), 5e-3) << seed;
+    EXPECT_GT(std::sqrt(pose.covariance(0, 0)), 0.02) << seed;
+    feigned_m = std::max(feigned_m, 0.05 - std::sqrt(after_fixes(0, seed).covariance(0, 0)));
+  }
+  EXPECT_GT(feigned_m, 0.03) << "without it the place along the wall is feigned to be known";
 }
 
 /// However often it looks at surroundings that it placed while unsure of itself; and a base that
@@ -221,6 +262,7 @@ TEST(PoseFilter, LearnsHowMuchFartherTheBaseTurnsThanItsWheelsTell) {
 TEST(PoseFilter, StatesItsErrorsCovariance) {
   PoseFilterConfig config = Fine();
   config.fix.sigma_m = config.fix.sigma_rad = 1e-6;  // what fixes share is no noise of each
+  config.fix.tilt_rad = 0;
   config.fix.share = 1;
   config.slip_learning = 0;  // the floor is as slippery as it says,
   config.way_scale_sigma = config.way_scale_walk = 0;
