@@ -27,6 +27,11 @@ Cfnbv::~Cfnbv() = default;
 
 std::span<const VoxelIndex> Cfnbv::NewResidual() const { return memory_->residual; }
 
+void Cfnbv::ForgetFailures() {
+  memory_->failures.ForgetAll();
+  memory_->room_goals = 0;
+}
+
 /// Learns from how the last goal ended. `gains` must be fresh.
 void Cfnbv::NoteOutcome(const PlanInput& input) {
   Memory& m = *memory_;

@@ -86,6 +86,10 @@ class Cfnbv {
   /// than kMaxPassed places between two plans the oldest are forgotten.
   void Passed(const Configuration& q);
 
+  /// All that failed may be tried anew: where the robot is stuck, what it gave up may be what it
+  /// cannot see past itself.
+  void ForgetFailures();
+
   /// Unknown voxels that the last Plan() gave up; the map's owner is to mark them residual.
   std::span<const VoxelIndex> NewResidual() const;
 

@@ -14,6 +14,12 @@ Failures::Failures(int workspace_voxels, int tries, double stall_radius_m)
 
 void Failures::ForgetPathless() { std::fill(pathless_.begin(), pathless_.end(), std::uint8_t{0}); }
 
+void Failures::ForgetAll() {
+  ForgetPathless();
+  std::fill(unsettled_.begin(), unsettled_.end(), std::uint8_t{0});
+  stall_count_ = 0;
+}
+
 void Failures::Refresh() {
   for (std::size_t i = 0; i < ignored_.size(); ++i) {
     ignored_[i] = unsettled_[i] >= tries_ || pathless_[i] >= tries_ ? 1 : 0;

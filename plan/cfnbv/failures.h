@@ -11,7 +11,7 @@ namespace pipewright {
 
 /// Which voxels of W views have failed to settle, and near which views the robot stalled.
 ///
-/// Two counts a voxel: views that the robot was at and that should have settled it (kept), and
+/// Two counts a voxel: views that the robot was at and that should have settled it, and
 /// views that had no path (forgotten when the map has grown, since a way may have opened). A voxel
 /// with `tries` of either does not count any more. Capacities: |W| bytes three times, kStalls
 /// views.
@@ -22,6 +22,8 @@ class Failures {
   std::span<std::uint8_t> unsettled() { return unsettled_; }
   std::span<std::uint8_t> pathless() { return pathless_; }
   void ForgetPathless();
+  /// Views that settled nothing and stalls, too.
+  void ForgetAll();
 
   /// Brings Ignored() up to date with the counts.
   void Refresh();

@@ -257,12 +257,19 @@ void Mission::PlanningStep(const MissionInput& input, Time now) {
 }
 
 /// What is in the way may be nothing: a wrong reading that the camera, once it looks from
-/// elsewhere, takes back. So some postures about this one are tried.
+/// elsewhere, takes back. So some postures about this one are tried, then all that failed before;
+/// not twice, if nothing was seen between.
 void Mission::NoView(const MissionInput& input) {
-  if (looking_again_) {
+  const MapCounts& counts = input.map.counts();
+  const int known = counts.free + counts.occupied;
+  if (looking_again_ || known < known_at_no_view_ + config_.cfnbv.forget_voxels) {
     return End(MissionState::kDone, StopReason::kNoReachableView);
   }
+  known_at_no_view_ = known;
   looking_again_ = true;
+  if (Cfnbv* cfnbv = std::get_if<Cfnbv>(&planner_); cfnbv != nullptr) {
+    cfnbv->ForgetFailures();
+  }
   failed_plans_ = 0;
   start_joints_ = input.robot.q.tail<kArmJoints>();
   next_look_ = 0;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <span>
 #include <variant>
 
@@ -188,6 +189,7 @@ class Mission {
   std::uint32_t last_goal_id_ = 0;
   GoalState last_outcome_ = GoalState::kNone;
   int failed_plans_ = 0;
+  int known_at_no_view_ = std::numeric_limits<int>::min() / 2;  ///< voxels, at the last NoView()
   int stalls_in_row_ = 0;
   int known_at_stall_ = 0;
   int covered_at_stall_ = 0;
