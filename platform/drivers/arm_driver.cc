@@ -6,6 +6,8 @@
 #include <cmath>
 #include <type_traits>
 
+#include "platform/can/error_frame.h"
+
 namespace pipewright {
 namespace {
 
@@ -25,6 +27,11 @@ bool Powered(DriveState state) {
 ArmDriver::ArmDriver(const ArmDriverConfig& config) : config_(config) { assert(config.Valid()); }
 
 void ArmDriver::OnFrame(const can::Frame& frame) {
+  const bool at_work = phase_ == DriverPhase::kWaiting || phase_ == DriverPhase::kConfiguring ||
+                       phase_ == DriverPhase::kEnabling || phase_ == DriverPhase::kReady;
+  if (can::TellsBusOff(frame) && at_work) {
+    Fail(Status::kUnavailable, Problem::kBusOff, 0, frame.id);
+  }
   const auto take = [&](const can::FrameHead& head, const auto& msg, int id) {
     using Msg = std::decay_t<decltype(msg)>;
     if (id < 1 || id > kArmNodes) {
@@ -32,18 +39,17 @@ void ArmDriver::OnFrame(const can::Frame& frame) {
     }
     Node& node = nodes_[id - 1];
     if constexpr (std::is_same_v<Msg, can::JointFeedback>) {
-      position_rad_[id - 1] = msg.position_rad;
-      velocity_radps_[id - 1] = msg.velocity_radps;
-      node.feedback_at = frame.stamp;
-      node.has_feedback = true;
+      OnFeedback(id, msg, frame.stamp);
     } else if constexpr (std::is_same_v<Msg, can::JointStatus>) {
       node.statusword = msg.statusword;
       node.drive = can::StateOf(msg.statusword);
       node.mode = msg.mode;
+      Latch(node);
     } else if constexpr (std::is_same_v<Msg, can::Heartbeat>) {
       OnHeartbeat(node, msg, frame.stamp);
+      Latch(node);
     } else if constexpr (std::is_same_v<Msg, can::Emergency>) {
-      node.emergency = msg.code;
+      node.emergency = ready() && msg.code == can::emergency::kNone ? node.emergency : msg.code;
     } else if constexpr (std::is_same_v<Msg, can::Sdo>) {
       if (head.id == can::kSdoResponse.head.id) {
         OnSdo(node, id, can::Meaning(msg, true));
@@ -52,6 +58,29 @@ void ArmDriver::OnFrame(const can::Frame& frame) {
   };
   // Refused frames are in rx_; what stays away then is what the ages in CheckAges see.
   (void)can::Dispatch(can::kArmTable, frame, rx_, take);
+}
+
+void ArmDriver::OnFeedback(int id, const can::JointFeedback& feedback, Time stamp) {
+  Node& node = nodes_[id - 1];
+  if (node.has_feedback && stamp < node.feedback_at) {
+    ++late_;
+    return;
+  }
+  position_rad_[id - 1] = feedback.position_rad;
+  velocity_radps_[id - 1] = feedback.velocity_radps;
+  node.feedback_at = stamp;
+  node.has_feedback = true;
+}
+
+/// What a drive at work says once counts, whatever it says before the next Step.
+void ArmDriver::Latch(Node& node) {
+  if (!ready()) {
+    return;
+  }
+  const bool failed = node.drive == DriveState::kFault || node.drive == DriveState::kFaultReaction;
+  node.drive_failed = node.drive_failed || failed;
+  node.control_lost = node.control_lost || node.drive != DriveState::kOperationEnabled ||
+                      !node.operational || node.mode != can::kModeCyclicVelocity;
 }
 
 void ArmDriver::OnHeartbeat(Node& node, const can::Heartbeat& heartbeat, Time stamp) {
@@ -120,6 +149,7 @@ void ArmDriver::Step(Time now, TxBatch& out) {
 
 void ArmDriver::StepReady(Time now, TxBatch& out) {
   for (int id = 1; id <= kArmNodes && phase_ == DriverPhase::kReady; ++id) {
+    Latch(nodes_[id - 1]);
     CheckEnabled(id, nodes_[id - 1]);
   }
   for (int id = 1; id <= kArmNodes && phase_ == DriverPhase::kReady; ++id) {
@@ -138,17 +168,17 @@ void ArmDriver::CheckEnabled(int id, const Node& node) {
     Fail(Status::kFault, Problem::kRebooted, id, 0);
   } else if (node.emergency != can::emergency::kNone) {
     Fail(Status::kFault, Problem::kEmergencyMessage, id, node.emergency);
-  } else if (node.drive == DriveState::kFault || node.drive == DriveState::kFaultReaction) {
+  } else if (node.drive_failed) {
     Fail(Status::kFault, Problem::kDriveFault, id, node.emergency);
-  } else if (node.drive != DriveState::kOperationEnabled || !node.operational ||
-             node.mode != can::kModeCyclicVelocity) {
+  } else if (node.control_lost) {
     Fail(Status::kFault, Problem::kControlLost, id, node.statusword);
   }
 }
 
 void ArmDriver::CheckAges(int id, const Node& node, Time now) {
-  if (now - node.feedback_at > config_.feedback_timeout) {
-    Fail(Status::kStale, Problem::kStateStale, id, 0);
+  const Problem problem = AgeProblem(now, node.feedback_at, config_.feedback_timeout);
+  if (problem != Problem::kNone) {
+    Fail(Status::kStale, problem, id, 0);
   } else if (now - node.heartbeat_at > config_.heartbeat_timeout) {
     Fail(Status::kStale, Problem::kHeartbeatLost, id, 0);
   }
@@ -223,9 +253,11 @@ void ArmDriver::Stop() {
 
 void ArmDriver::Reset() {
   const can::RxCounters rx = rx_;
+  const std::uint64_t late = late_;
   const int tx_dropped = tx_dropped_;
   *this = ArmDriver(config_);
   rx_ = rx;
+  late_ = late;
   tx_dropped_ = tx_dropped;
 }
 

@@ -43,6 +43,8 @@ static_assert(ArmDriverConfig{}.Valid());
 ///   kStopping     zero velocity, at rest quick stop, then voltage off
 ///   kFault        latched: quick stop to all at each SYNC
 ///
+/// A trouble that a frame tells of latches though it is over before the next Step.
+///
 ///   Frame frame;
 ///   while (port.Receive(frame)) driver.OnFrame(frame);   // feedback of the SYNC one cycle ago
 ///   if (driver.ready()) driver.Command(qdot);            // every cycle, or zero is sent
@@ -52,7 +54,8 @@ class ArmDriver {
  public:
   explicit ArmDriver(const ArmDriverConfig& config = {});
 
-  /// Any frame of the bus; its stamp counts. What is not the arm's is counted and ignored.
+  /// Any frame of the bus; its stamp counts. What is not the arm's, and a reading older than one
+  /// that came before, is counted and ignored. Bus-off latches.
   void OnFrame(const can::Frame& frame);
 
   /// Joint velocities [rad/s] until the next Step. kOutOfRange: one is outside the limits of RPDO1
@@ -77,6 +80,7 @@ class ArmDriver {
   can::DriveState drive_state(int joint) const { return nodes_[joint].drive; }  ///< 0 to 6
   std::uint32_t last_emergency(int joint) const { return nodes_[joint].emergency; }
   const can::RxCounters& rx_counters() const { return rx_; }
+  std::uint64_t late() const { return late_; }    ///< readings older than one before them
   int tx_dropped() const { return tx_dropped_; }  ///< frames for which `out` had no room
 
  private:
@@ -88,17 +92,21 @@ class ArmDriver {
     int tries = 0;
     bool operational = false;
     bool rebooted = false;
+    bool drive_failed = false;  ///< while ready, as the next
+    bool control_lost = false;
     bool has_feedback = false;
     Time heartbeat_at{};
     Time feedback_at{};
     can::DriveState drive = can::DriveState::kUnknown;
     std::uint32_t statusword = 0;
     std::uint32_t mode = 0;
-    std::uint32_t emergency = 0;
+    std::uint32_t emergency = 0;  ///< while ready: the last that was not "no error"
     std::uint32_t sent_word = 0;
   };
 
   void OnHeartbeat(Node& node, const can::Heartbeat& heartbeat, Time stamp);
+  void OnFeedback(int id, const can::JointFeedback& feedback, Time stamp);
+  void Latch(Node& node);
   void OnSdo(Node& node, int id, const can::SdoMeaning& sdo);
   void StepWaiting(Time now, TxBatch& out);
   void StepConfiguring(Time now, TxBatch& out);
@@ -135,6 +143,7 @@ class ArmDriver {
   Time next_heartbeat_{};
   Time next_request_{};
   can::RxCounters rx_;
+  std::uint64_t late_ = 0;
   int tx_dropped_ = 0;
 };
 

@@ -7,6 +7,7 @@
 #include "platform/can/frame.h"
 #include "platform/core/fixed_vector.h"
 #include "platform/core/status.h"
+#include "platform/core/time.h"
 
 namespace pipewright {
 
@@ -32,6 +33,7 @@ enum class Problem : std::uint8_t {
   kWrongDevice,      ///< a setup answer is not what this driver is for; detail: object index
   kNotEnabled,       ///< it answers but does not take commands; detail: mode or statusword
   kStateStale,       ///< its state or feedback frames stay away
+  kStateAhead,       ///< they are stamped in the future: how old they are, nobody knows
   kHeartbeatLost,
   kRebooted,     ///< a boot-up message while it should have been at work
   kControlLost,  ///< it left the mode in which it takes our commands; detail: mode or statusword
@@ -40,6 +42,7 @@ enum class Problem : std::uint8_t {
   kUndervoltage,
   kDriveFault,        ///< a drive's fault state; detail: its last emergency code
   kEmergencyMessage,  ///< detail: emergency code
+  kBusOff,            ///< the host's CAN controller left the bus; detail: error class bits
 };
 
 constexpr std::string_view Name(Problem problem) {
@@ -58,6 +61,8 @@ constexpr std::string_view Name(Problem problem) {
       return "does not accept control";
     case Problem::kStateStale:
       return "no longer reports its state";
+    case Problem::kStateAhead:
+      return "reports a state of the future";
     case Problem::kHeartbeatLost:
       return "lost its heartbeat";
     case Problem::kRebooted:
@@ -74,8 +79,18 @@ constexpr std::string_view Name(Problem problem) {
       return "drive fault";
     case Problem::kEmergencyMessage:
       return "sent an emergency message";
+    case Problem::kBusOff:
+      return "bus off";
   }
   return "?";
+}
+
+/// Whether a frame stamped at `stamp` tells of `now`: younger than `timeout`, and no more ahead.
+constexpr Problem AgeProblem(Time now, Time stamp, Duration timeout) {
+  const Duration age = now - stamp;
+  return age > timeout    ? Problem::kStateStale
+         : age < -timeout ? Problem::kStateAhead
+                          : Problem::kNone;
 }
 
 struct DeviceFault {

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <type_traits>
 
+#include "platform/can/error_frame.h"
+
 namespace pipewright {
 namespace {
 
@@ -28,24 +30,42 @@ TracerDriver::TracerDriver(const TracerDriverConfig& config) : config_(config) {
 }
 
 void TracerDriver::OnFrame(const can::Frame& frame) {
+  const bool at_work = phase_ == DriverPhase::kWaiting || phase_ == DriverPhase::kEnabling ||
+                       phase_ == DriverPhase::kReady;
+  if (can::TellsBusOff(frame) && at_work) {
+    Fail(Status::kUnavailable, Problem::kBusOff, frame.id);
+  }
   const auto take = [&](const can::FrameHead&, const auto& msg, int) {
     using Msg = std::decay_t<decltype(msg)>;
     if constexpr (std::is_same_v<Msg, can::BaseState>) {
-      state_ = msg;
-      state_stamp_ = frame.stamp;
-      has_state_ = true;
+      if (InOrder(has_state_, state_stamp_, frame.stamp)) {
+        state_ = msg;
+        state_stamp_ = frame.stamp;
+        has_state_ = true;
+        CheckReport();
+      }
     } else if constexpr (std::is_same_v<Msg, can::BaseTwist>) {
-      twist_ = msg;
-      twist_stamp_ = frame.stamp;
-      has_twist_ = true;
+      if (InOrder(has_twist_, twist_stamp_, frame.stamp)) {
+        twist_ = msg;
+        twist_stamp_ = frame.stamp;
+        has_twist_ = true;
+      }
     } else if constexpr (std::is_same_v<Msg, can::BaseOdometer>) {
-      odometer_ = msg;
-      odometer_stamp_ = frame.stamp;
-      has_odometer_ = true;
+      if (InOrder(has_odometer_, odometer_stamp_, frame.stamp)) {
+        odometer_ = msg;
+        odometer_stamp_ = frame.stamp;
+        has_odometer_ = true;
+      }
     }
   };
   // Refused frames are in rx_; what stays away then is what the ages below see.
   (void)can::Dispatch(can::kTracerTable, frame, rx_, take);
+}
+
+bool TracerDriver::InOrder(bool has, Time newest, Time stamp) {
+  const bool in_order = !has || stamp >= newest;
+  late_ += in_order ? 0 : 1;
+  return in_order;
 }
 
 Status TracerDriver::Command(double v_mps, double omega_radps) {
@@ -70,7 +90,8 @@ void TracerDriver::Step(Time now, TxBatch& out) {
     stop_requested_ = false;
     Enter(has_state_ ? DriverPhase::kStopping : DriverPhase::kStopped, now);
   }
-  CheckState(now);
+  CheckReport();
+  CheckAges(now);
   switch (phase_) {
     case DriverPhase::kWaiting:
       StepWaiting(now);
@@ -124,7 +145,7 @@ void TracerDriver::StepStopping(Time now, TxBatch& out) {
   }
 }
 
-void TracerDriver::CheckState(Time now) {
+void TracerDriver::CheckReport() {
   if (phase_ != DriverPhase::kEnabling && phase_ != DriverPhase::kReady) {
     return;
   }
@@ -134,12 +155,19 @@ void TracerDriver::CheckState(Time now) {
     Fail(Status::kFault, Problem::kException, state_.errors);
   } else if ((state_.errors & can::base_error::kUndervoltage) != 0) {
     Fail(Status::kFault, Problem::kUndervoltage, state_.errors);
-  } else if (now - state_stamp_ > config_.state_timeout ||
-             now - twist_stamp_ > config_.state_timeout) {
-    Fail(Status::kStale, Problem::kStateStale, 0);
   } else if (phase_ == DriverPhase::kReady &&
              config_.mode_codes.Meaning(state_.control_mode) != ControlMode::kCan) {
     Fail(Status::kFault, Problem::kControlLost, state_.control_mode);
+  }
+}
+
+void TracerDriver::CheckAges(Time now) {
+  for (const Time stamp : {state_stamp_, twist_stamp_}) {
+    const Problem problem = AgeProblem(now, stamp, config_.state_timeout);
+    if (problem != Problem::kNone &&
+        (phase_ == DriverPhase::kEnabling || phase_ == DriverPhase::kReady)) {
+      Fail(Status::kStale, problem, 0);
+    }
   }
 }
 
@@ -168,9 +196,11 @@ void TracerDriver::Stop() {
 
 void TracerDriver::Reset() {
   const can::RxCounters rx = rx_;
+  const std::uint64_t late = late_;
   const int tx_dropped = tx_dropped_;
   *this = TracerDriver(config_);
   rx_ = rx;
+  late_ = late;
   tx_dropped_ = tx_dropped;
 }
 

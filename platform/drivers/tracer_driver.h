@@ -34,6 +34,8 @@ static_assert(TracerDriverConfig{}.Valid());
 ///   kReady      0x111 every 20 ms
 ///   kFault      latched; zero speed is sent for as long as the base may listen
 ///
+/// A trouble that a frame tells of latches though it is over before the next Step.
+///
 ///   Frame frame;
 ///   while (port.Receive(frame)) driver.OnFrame(frame);
 ///   if (driver.ready()) driver.Command(v, omega);        // every cycle, or zero is sent
@@ -43,7 +45,8 @@ class TracerDriver {
  public:
   explicit TracerDriver(const TracerDriverConfig& config = {});
 
-  /// Any frame of the bus; its stamp counts. What is not the base's is counted and ignored.
+  /// Any frame of the bus; its stamp counts. What is not the base's, and what is older than a
+  /// frame of its kind that came before, is counted and ignored. Bus-off latches.
   void OnFrame(const can::Frame& frame);
 
   /// The twist that the next Step may send: v [m/s], omega [rad/s]. kOutOfRange: outside the limits
@@ -70,13 +73,16 @@ class TracerDriver {
   double battery_V() const { return can::BatteryVolts(state_); }
   bool emergency_stop() const;
   const can::RxCounters& rx_counters() const { return rx_; }
+  std::uint64_t late() const { return late_; }    ///< frames older than one before them
   int tx_dropped() const { return tx_dropped_; }  ///< frames for which `out` had no room
 
  private:
+  bool InOrder(bool has, Time newest, Time stamp);
   void StepWaiting(Time now);
   void StepEnabling(Time now, TxBatch& out);
   void StepStopping(Time now, TxBatch& out);
-  void CheckState(Time now);
+  void CheckReport();
+  void CheckAges(Time now);
   void SendTwist(Time now, TxBatch& out);
   void Send(const Result<can::Frame>& frame, TxBatch& out);
   void Enter(DriverPhase phase, Time now);
@@ -102,6 +108,7 @@ class TracerDriver {
   Time next_twist_{};
   Time next_request_{};
   can::RxCounters rx_;
+  std::uint64_t late_ = 0;
   int tx_dropped_ = 0;
 };
 

@@ -250,6 +250,85 @@ TEST_F(ArmDriverTest, EachTroubleAtWorkQuickStopsAllDrivesAndLatches) {
   }
 }
 
+struct BriefCase {
+  const char* name;
+  std::vector<can::Frame> frames;  ///< all between two Steps; what drive 2 says last is well
+  Problem problem;
+  int node;
+};
+
+TEST_F(ArmDriverTest, ATroubleThatIsOverBeforeTheNextStepLatchesAllTheSame) {
+  const can::Frame enabled = test::Bytes(0x282, {0x37, 0x12, 9});
+  const BriefCase kCases[] = {
+      {"emergency and its end",
+       {test::Bytes(0x082, {0x30, 0x81, 0x10, 0, 0, 0, 0, 0}),
+        test::Bytes(0x082, {0, 0, 0, 0, 0, 0, 0, 0})},
+       Problem::kEmergencyMessage,
+       2},
+      {"fault and reset", {test::Bytes(0x282, {0x18, 0x02, 9}), enabled}, Problem::kDriveFault, 2},
+      {"switched off and on",
+       {test::Bytes(0x282, {0x33, 0x02, 9}), enabled},
+       Problem::kControlLost,
+       2},
+      {"another mode", {test::Bytes(0x282, {0x37, 0x12, 8}), enabled}, Problem::kControlLost, 2},
+      {"left operational",
+       {test::Bytes(0x702, {0x04}), test::Bytes(0x702, {0x05})},
+       Problem::kControlLost,
+       2},
+      {"bus off", {{.id = 0x040, .dlc = 8, .error = true}}, Problem::kBusOff, 0},
+      {"restarted", {{.id = 0x100, .dlc = 8, .error = true}}, Problem::kBusOff, 0},
+  };
+  for (const BriefCase& c : kCases) {
+    SCOPED_TRACE(c.name);
+    Renew();
+    driver_.Reset();
+    ASSERT_TRUE(RunUntil(DriverPhase::kReady, 200));
+    Cycles(10, ArmVector::Constant(0.3));
+    for (can::Frame frame : c.frames) {
+      frame.stamp = now_;
+      driver_.OnFrame(frame);
+    }
+    Cycles(8);
+    EXPECT_EQ(driver_.phase(), DriverPhase::kFault);
+    EXPECT_EQ(driver_.fault().problem, c.problem) << Name(driver_.fault().problem);
+    EXPECT_EQ(driver_.fault().node, c.node);
+    for (const test::FakeDrive& d : drives_) {
+      EXPECT_EQ(d.velocity, 0);
+    }
+  }
+}
+
+TEST_F(ArmDriverTest, OtherErrorFramesAreCountedAndChangeNothing) {
+  ASSERT_TRUE(RunUntil(DriverPhase::kReady, 100));
+  for (const std::uint32_t error_class : {0x1, 0x2, 0x4, 0x8, 0x10, 0x20, 0x80, 0x200}) {
+    driver_.OnFrame({.id = error_class, .dlc = 8, .error = true});
+  }
+  Cycles(20);
+  EXPECT_TRUE(driver_.ready());
+  EXPECT_EQ(driver_.rx_counters().error_frame, 8U);
+}
+
+TEST_F(ArmDriverTest, AReadingOlderThanOneBeforeItIsCountedAndIgnored) {
+  ASSERT_TRUE(RunUntil(DriverPhase::kReady, 100));
+  const double before = driver_.position_rad()[4];
+  can::Frame old = test::Bytes(0x185, {0x40, 0x42, 0x0F, 0, 0, 0, 0, 0});  // 1 rad
+  old.stamp = now_ - 15ms;
+  driver_.OnFrame(old);
+  EXPECT_EQ(driver_.late(), 1U);
+  EXPECT_EQ(driver_.position_rad()[4], before);
+}
+
+TEST_F(ArmDriverTest, AReadingOfTheFutureIsNoReading) {
+  ASSERT_TRUE(RunUntil(DriverPhase::kReady, 100));
+  can::Frame ahead = test::Bytes(0x185, {0x40, 0x42, 0x0F, 0, 0, 0, 0, 0});
+  ahead.stamp = now_ + std::chrono::hours(1);
+  driver_.OnFrame(ahead);
+  Cycle();
+  EXPECT_EQ(driver_.phase(), DriverPhase::kFault);
+  EXPECT_EQ(driver_.fault().problem, Problem::kStateAhead);
+  EXPECT_EQ(driver_.fault().node, 5);
+}
+
 TEST_F(ArmDriverTest, ALostHeartbeatIsSeenThoughFeedbackGoesOn) {
   ASSERT_TRUE(RunUntil(DriverPhase::kReady, 100));
   for (int i = 0; i < 40 && driver_.ready(); ++i) {

@@ -171,6 +171,82 @@ TEST_F(TracerDriverTest, EachTroubleStopsTheBaseAndLatchesUntilReset) {
   }
 }
 
+struct BriefCase {
+  const char* name;
+  std::vector<can::Frame> frames;  ///< all between two Steps
+  Problem problem;
+};
+
+can::Frame ErrorFrame(std::uint32_t error_class) {
+  return {.id = error_class, .dlc = 8, .error = true};
+}
+
+TEST_F(TracerDriverTest, ATroubleThatIsOverBeforeTheNextStepLatchesAllTheSame) {
+  const can::Frame well = test::Bytes(0x211, {0, 1, 1, 3, 0, 0, 0, 1});
+  const BriefCase kCases[] = {
+      {"emergency stop",
+       {test::Bytes(0x211, {1, 1, 1, 3, 0, 0, 0, 1}), well},
+       Problem::kEmergencyStop},
+      {"exception", {test::Bytes(0x211, {2, 1, 1, 3, 0, 0, 0, 1}), well}, Problem::kException},
+      {"battery", {test::Bytes(0x211, {0, 1, 1, 3, 1, 0, 0, 1}), well}, Problem::kUndervoltage},
+      {"remote", {test::Bytes(0x211, {0, 3, 1, 3, 0, 0, 0, 1}), well}, Problem::kControlLost},
+      {"bus off", {ErrorFrame(0x040)}, Problem::kBusOff},
+      {"restarted", {ErrorFrame(0x100)}, Problem::kBusOff},
+      {"with others", {ErrorFrame(0x0C8)}, Problem::kBusOff},
+  };
+  for (const BriefCase& c : kCases) {
+    SCOPED_TRACE(c.name);
+    base_ = {};
+    driver_.Reset();
+    Cycles(20, 0.5, 0);
+    ASSERT_TRUE(driver_.ready());
+    for (can::Frame frame : c.frames) {
+      frame.stamp = now_;
+      driver_.OnFrame(frame);
+    }
+    Cycles(20, 0.5, 0);
+    EXPECT_EQ(driver_.phase(), DriverPhase::kFault);
+    EXPECT_EQ(driver_.fault().problem, c.problem) << Name(driver_.fault().problem);
+    EXPECT_EQ(base_.v_mmps, 0);
+  }
+}
+
+TEST_F(TracerDriverTest, OtherErrorFramesAreCountedAndChangeNothing) {
+  Cycles(20, 0.5, 0);
+  // transmit timeout, arbitration, controller (warning, passive), protocol, transceiver, no
+  // acknowledge, bus error, error counters
+  for (const std::uint32_t error_class : {0x1, 0x2, 0x4, 0x8, 0x10, 0x20, 0x80, 0x200}) {
+    driver_.OnFrame(ErrorFrame(error_class));
+  }
+  Cycles(20, 0.5, 0);
+  EXPECT_TRUE(driver_.ready());
+  EXPECT_EQ(driver_.rx_counters().error_frame, 8U);
+}
+
+TEST_F(TracerDriverTest, AFrameOlderThanOneBeforeItIsCountedAndIgnored) {
+  Cycles(20, 0.5, 0);
+  can::Frame old = test::Bytes(0x221, {0x01, 0, 0, 0, 0, 0, 0, 0});
+  old.stamp = now_ - 30ms;
+  driver_.OnFrame(old);
+  old = test::Bytes(0x211, {1, 1, 1, 3, 0, 0, 0, 1});
+  old.stamp = now_ - 30ms;
+  driver_.OnFrame(old);
+  EXPECT_EQ(driver_.late(), 2U);
+  EXPECT_NEAR(driver_.twist().v_mps, 0.5, 1e-12);
+  Cycles(2, 0.5, 0);
+  EXPECT_TRUE(driver_.ready());
+}
+
+TEST_F(TracerDriverTest, AStateOfTheFutureIsNoState) {
+  Cycles(20, 0.5, 0);
+  can::Frame ahead = test::Bytes(0x221, {0x01, 0xF4, 0, 0, 0, 0, 0, 0});
+  ahead.stamp = now_ + std::chrono::hours(1);
+  driver_.OnFrame(ahead);
+  Cycle();
+  EXPECT_EQ(driver_.phase(), DriverPhase::kFault);
+  EXPECT_EQ(driver_.fault().problem, Problem::kStateAhead);
+}
+
 TEST_F(TracerDriverTest, StopWaitsForRestAndHandsControlBack) {
   Cycles(20, 0.5, 0.2);
   ASSERT_EQ(base_.v_mmps, 500);
