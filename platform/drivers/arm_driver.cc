@@ -66,10 +66,25 @@ void ArmDriver::OnFeedback(int id, const can::JointFeedback& feedback, Time stam
     ++late_;
     return;
   }
+  if (!Likely(id, feedback, stamp)) {
+    ++unlikely_;
+    return;
+  }
   position_rad_[id - 1] = feedback.position_rad;
   velocity_radps_[id - 1] = feedback.velocity_radps;
   node.feedback_at = stamp;
   node.has_feedback = true;
+}
+
+bool ArmDriver::Likely(int id, const can::JointFeedback& feedback, Time stamp) const {
+  if (!ready()) {
+    return true;
+  }
+  const double slack_s = 2e-3 * config_.cycle_ms;
+  const double time_s = ToSeconds(stamp - nodes_[id - 1].feedback_at) + slack_s;
+  const double way_rad = std::abs(feedback.position_rad - position_rad_[id - 1]);
+  return way_rad <= can::kJointSpeedLimit_radps * time_s &&
+         std::abs(feedback.velocity_radps) <= 2 * can::kJointSpeedLimit_radps;
 }
 
 /// What a drive at work says once counts, whatever it says before the next Step.
@@ -254,10 +269,12 @@ void ArmDriver::Stop() {
 void ArmDriver::Reset() {
   const can::RxCounters rx = rx_;
   const std::uint64_t late = late_;
+  const std::uint64_t unlikely = unlikely_;
   const int tx_dropped = tx_dropped_;
   *this = ArmDriver(config_);
   rx_ = rx;
   late_ = late;
+  unlikely_ = unlikely;
   tx_dropped_ = tx_dropped;
 }
 

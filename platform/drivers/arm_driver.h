@@ -6,6 +6,7 @@
 
 #include "platform/can/arm_startup.h"
 #include "platform/core/time.h"
+#include "platform/core/usable.h"
 #include "platform/drivers/device_fault.h"
 #include "platform/robot/robot.h"
 
@@ -24,8 +25,11 @@ struct ArmDriverConfig {
   double standstill_radps = 1e-3;
 
   constexpr bool Valid() const {
-    return cycle_ms >= 1 && cycle_ms <= 50 && start_timeout > Duration::zero() &&
-           sdo_timeout > Duration::zero() && sdo_tries > 0 && enable_timeout > Duration::zero() &&
+    return Usable(start_timeout) && Usable(sdo_timeout) && Usable(enable_timeout) &&
+           Usable(feedback_timeout) && Usable(heartbeat_timeout) && Usable(rest_timeout) &&
+           Usable(disable_timeout) && Usable(standstill_radps) && cycle_ms >= 1 && cycle_ms <= 50 &&
+           start_timeout > Duration::zero() && sdo_timeout > Duration::zero() && sdo_tries > 0 &&
+           enable_timeout > Duration::zero() &&
            feedback_timeout >= std::chrono::milliseconds(2 * cycle_ms) &&
            heartbeat_timeout >= std::chrono::milliseconds(2 * can::kHeartbeatPeriod_ms) &&
            rest_timeout > Duration::zero() && disable_timeout > Duration::zero() &&
@@ -54,8 +58,8 @@ class ArmDriver {
  public:
   explicit ArmDriver(const ArmDriverConfig& config = {});
 
-  /// Any frame of the bus; its stamp counts. What is not the arm's, and a reading older than one
-  /// that came before, is counted and ignored. Bus-off latches.
+  /// Any frame of the bus; its stamp counts. What is not the arm's, and a reading that is late() or
+  /// unlikely(), is counted and ignored. Bus-off latches.
   void OnFrame(const can::Frame& frame);
 
   /// Joint velocities [rad/s] until the next Step. kOutOfRange: one is outside the limits of RPDO1
@@ -80,7 +84,10 @@ class ArmDriver {
   can::DriveState drive_state(int joint) const { return nodes_[joint].drive; }  ///< 0 to 6
   std::uint32_t last_emergency(int joint) const { return nodes_[joint].emergency; }
   const can::RxCounters& rx_counters() const { return rx_; }
-  std::uint64_t late() const { return late_; }    ///< readings older than one before them
+  std::uint64_t late() const { return late_; }  ///< readings older than one before them
+  /// Readings that no joint can have after the one before: it would have moved faster than its
+  /// limit for two cycles longer than the time between them. Ignored; the state then grows stale.
+  std::uint64_t unlikely() const { return unlikely_; }
   int tx_dropped() const { return tx_dropped_; }  ///< frames for which `out` had no room
 
  private:
@@ -106,6 +113,7 @@ class ArmDriver {
 
   void OnHeartbeat(Node& node, const can::Heartbeat& heartbeat, Time stamp);
   void OnFeedback(int id, const can::JointFeedback& feedback, Time stamp);
+  bool Likely(int id, const can::JointFeedback& feedback, Time stamp) const;
   void Latch(Node& node);
   void OnSdo(Node& node, int id, const can::SdoMeaning& sdo);
   void StepWaiting(Time now, TxBatch& out);
@@ -144,6 +152,7 @@ class ArmDriver {
   Time next_request_{};
   can::RxCounters rx_;
   std::uint64_t late_ = 0;
+  std::uint64_t unlikely_ = 0;
   int tx_dropped_ = 0;
 };
 

@@ -3,6 +3,7 @@
 
 #include "platform/can/tracer.h"
 #include "platform/core/time.h"
+#include "platform/core/usable.h"
 #include "platform/drivers/device_fault.h"
 
 namespace pipewright {
@@ -19,10 +20,13 @@ struct TracerDriverConfig {
   double standstill_radps = 0.002;
 
   constexpr bool Valid() const {
-    return command_period > Duration::zero() && 4 * command_period < can::kTracerCommandTimeout &&
-           request_period > Duration::zero() && state_timeout >= std::chrono::milliseconds(40) &&
-           start_timeout > Duration::zero() && enable_timeout > request_period &&
-           stop_timeout > Duration::zero() && standstill_mps > 0 && standstill_radps > 0;
+    return Usable(start_timeout) && Usable(enable_timeout) && Usable(request_period) &&
+           Usable(command_period) && Usable(state_timeout) && Usable(stop_timeout) &&
+           Usable({standstill_mps, standstill_radps}) && command_period > Duration::zero() &&
+           4 * command_period < can::kTracerCommandTimeout && request_period > Duration::zero() &&
+           state_timeout >= std::chrono::milliseconds(40) && start_timeout > Duration::zero() &&
+           enable_timeout > request_period && stop_timeout > Duration::zero() &&
+           standstill_mps > 0 && standstill_radps > 0;
   }
 };
 static_assert(TracerDriverConfig{}.Valid());

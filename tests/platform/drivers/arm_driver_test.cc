@@ -318,6 +318,23 @@ TEST_F(ArmDriverTest, AReadingOlderThanOneBeforeItIsCountedAndIgnored) {
   EXPECT_EQ(driver_.position_rad()[4], before);
 }
 
+TEST_F(ArmDriverTest, AReadingThatNoJointCanHaveIsCountedAndIgnored) {
+  ASSERT_TRUE(RunUntil(DriverPhase::kReady, 100));
+  const double before = driver_.position_rad()[4];  // 0.4 rad
+  const auto read = [&](std::vector<int> bytes) {
+    can::Frame frame = test::Bytes(0x185, std::move(bytes));
+    frame.stamp = now_;
+    driver_.OnFrame(frame);
+  };
+  read({0x40, 0x42, 0x0F, 0, 0, 0, 0, 0});           // 1 rad: 0.6 rad in no time
+  read({0x80, 0x1A, 0x06, 0, 0x00, 0x00, 0x00, 1});  // 0.4 rad, at 16.8 rad/s
+  EXPECT_EQ(driver_.unlikely(), 2U);
+  EXPECT_EQ(driver_.position_rad()[4], before);
+  read({0x90, 0x41, 0x06, 0, 0, 0, 0, 0});  // 0.41 rad
+  EXPECT_EQ(driver_.unlikely(), 2U);
+  EXPECT_NEAR(driver_.position_rad()[4], 0.41, 1e-9);
+}
+
 TEST_F(ArmDriverTest, AReadingOfTheFutureIsNoReading) {
   ASSERT_TRUE(RunUntil(DriverPhase::kReady, 100));
   can::Frame ahead = test::Bytes(0x185, {0x40, 0x42, 0x0F, 0, 0, 0, 0, 0});
