@@ -5,6 +5,8 @@
 #include <cassert>
 #include <cmath>
 
+#include "platform/core/usable.h"
+
 namespace pipewright {
 namespace {
 
@@ -23,10 +25,15 @@ double TowardsZero(double u, double step) {
 }  // namespace
 
 bool Valid(const EnvelopeConfig& c) {
-  return c.period > Duration::zero() && c.state_timeout > Duration::zero() && c.u_max.allFinite() &&
-         c.a_max.allFinite() && (c.u_max.array() > 0).all() && (c.a_max.array() > 0).all() &&
-         c.q_min.allFinite() && c.q_max.allFinite() && (c.q_min.array() < c.q_max.array()).all() &&
-         0 < c.braking_share && c.braking_share <= 1;
+  const auto usable = [](const auto& v) {
+    return v.unaryExpr([](double x) { return Usable(x) ? 1.0 : 0.0; }).minCoeff() > 0;
+  };
+  return c.period > Duration::zero() && Usable(c.period) && c.state_timeout > Duration::zero() &&
+         Usable(c.state_timeout) && usable(c.u_max) && usable(c.a_max) &&
+         (c.u_max.array() > 0).all() && (c.a_max.array() > 0).all() && usable(c.q_min) &&
+         usable(c.q_max) && (c.q_min.array() < c.q_max.array()).all() && 0 < c.braking_share &&
+         c.braking_share <= 1 && Usable(c.braking_share) && c.longest_gap >= c.period &&
+         Usable(c.longest_gap) && c.overruns_max >= 1;
 }
 
 Envelope::Envelope(const EnvelopeConfig& config) : config_(config) { assert(Valid(config)); }
@@ -34,13 +41,15 @@ Envelope::Envelope(const EnvelopeConfig& config) : config_(config) { assert(Vali
 EnvelopeResult Envelope::Step(const Controls& wanted, const RobotState& state, Time now) {
   ++counters_.steps;
   EnvelopeResult result;
+  const Duration elapsed = Elapsed(now);
   result.stopping = MustStop(wanted, state, now);
-  const Controls max_step = config_.a_max * ToSeconds(config_.period);
   if (result.stopping) {
+    const double braking_s = ToSeconds(std::min(elapsed, config_.longest_gap));
     for (int i = 0; i < kControls; ++i) {
-      result.u[i] = TowardsZero(last_[i], max_step[i]);
+      result.u[i] = TowardsZero(last_[i], config_.a_max[i] * braking_s);
     }
   } else {
+    const Controls max_step = config_.a_max * ToSeconds(config_.period);
     const Controls slow = LimitSpeed(wanted);
     const Controls smooth = slow.cwiseMax(last_ - max_step).cwiseMin(last_ + max_step);
     counters_.acceleration += smooth != slow;
@@ -50,6 +59,19 @@ EnvelopeResult Envelope::Step(const Controls& wanted, const RobotState& state, T
   result.changed = result.u != wanted;  // NaN differs from all
   last_ = result.u;
   return result;
+}
+
+/// Time since the last command; one period before there is one, and where the clock has not moved
+/// on: a ramp goes on in any case.
+Duration Envelope::Elapsed(Time now) {
+  const Duration since = now - last_step_;
+  const bool known = stepped_ && since > Duration::zero();
+  const bool late = known && since - config_.period >= config_.period / 2;
+  overruns_in_row_ = late ? std::min(overruns_in_row_ + 1, config_.overruns_max) : 0;
+  counters_.overruns += late;
+  stepped_ = true;
+  last_step_ = now;
+  return known ? since : config_.period;
 }
 
 Status Envelope::Rearm() {
@@ -67,11 +89,13 @@ bool Envelope::MustStop(const Controls& wanted, const RobotState& state, Time no
   const Duration age = now - state.stamp;
   const bool stale = age > config_.state_timeout || age < -config_.period;
   const bool not_finite = !wanted.allFinite();
+  const bool overrun = overruns_in_row_ >= config_.overruns_max;
   counters_.emergency_stop += latched_;
   counters_.invalid_state += unsound;
   counters_.stale += stale;
   counters_.not_finite += not_finite;
-  return latched_ || unsound || stale || not_finite;
+  counters_.overrun_stop += overrun;
+  return latched_ || unsound || stale || not_finite || overrun;
 }
 
 /// Shrinks all controls alike: the direction of motion, on which the constraints were checked,

@@ -17,6 +17,8 @@ struct EnvelopeConfig {
   ArmVector q_min = ArmVector::Zero();
   ArmVector q_max = ArmVector::Zero();
   double braking_share = 0.8;  ///< of a_max, on which the distance to a joint limit is budgeted
+  Duration longest_gap = std::chrono::milliseconds(200);  ///< braking makes up for at most so much
+  int overruns_max = 5;  ///< cycles in a row, each half a period late or more, that stop the robot
 };
 
 bool Valid(const EnvelopeConfig& c);
@@ -28,6 +30,8 @@ struct EnvelopeCounters {
   std::uint64_t stale = 0;          ///< the state is older than its timeout, or of the future: stop
   std::uint64_t invalid_state = 0;  ///< the state is not valid or not finite: stop
   std::uint64_t emergency_stop = 0;  ///< pressed, or not yet re-armed: stop
+  std::uint64_t overruns = 0;        ///< steps half a period late or more
+  std::uint64_t overrun_stop = 0;    ///< too many of them in a row: stop
   std::uint64_t speed = 0;
   std::uint64_t acceleration = 0;
   std::uint64_t joint_position = 0;
@@ -42,6 +46,10 @@ struct EnvelopeResult {
 /// The last word before the bus: whatever is wanted and whatever is known, the command that leaves
 /// is finite, within speed, within acceleration of the command before it, and lets every joint
 /// stop before its limit. An emergency stop latches until Rearm().
+///
+/// A stop takes the time it takes, however seldom Step is called: u comes nearer to zero by a_max
+/// times the time since the last command, longest_gap at most. All other changes stay within
+/// a_max period. Cycles that are late one after the other stop the robot until one is on time.
 class Envelope {
  public:
   explicit Envelope(const EnvelopeConfig& config);
@@ -56,12 +64,16 @@ class Envelope {
   const EnvelopeCounters& counters() const { return counters_; }
 
  private:
+  Duration Elapsed(Time now);
   bool MustStop(const Controls& wanted, const RobotState& state, Time now);
   Controls LimitSpeed(const Controls& wanted);
   Controls KeepJointsInside(const Controls& u, const RobotState& state, Time now) const;
 
   EnvelopeConfig config_;
   Controls last_ = Controls::Zero();
+  Time last_step_{};
+  bool stepped_ = false;
+  int overruns_in_row_ = 0;
   EnvelopeCounters counters_;
   bool pressed_ = false;
   bool latched_ = false;

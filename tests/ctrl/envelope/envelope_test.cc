@@ -65,6 +65,14 @@ TEST(EnvelopeConfig, IsCheckedFieldByField) {
   EXPECT_TRUE(broken([](EnvelopeConfig& c) { c.q_max[6] = kInf; }));
   EXPECT_TRUE(broken([](EnvelopeConfig& c) { c.braking_share = 0; }));
   EXPECT_TRUE(broken([](EnvelopeConfig& c) { c.braking_share = 1.01; }));
+  EXPECT_TRUE(broken([](EnvelopeConfig& c) { c.braking_share = 5e-324; }));
+  EXPECT_TRUE(broken([](EnvelopeConfig& c) { c.a_max[8] = 1e300; }));
+  EXPECT_TRUE(broken([](EnvelopeConfig& c) { c.u_max[8] = 5e-324; }));
+  EXPECT_TRUE(broken([](EnvelopeConfig& c) { c.state_timeout = Duration::max(); }));
+  EXPECT_TRUE(broken([](EnvelopeConfig& c) { c.period = Duration::max(); }));
+  EXPECT_TRUE(broken([](EnvelopeConfig& c) { c.longest_gap = milliseconds(9); }));
+  EXPECT_TRUE(broken([](EnvelopeConfig& c) { c.longest_gap = Duration::max(); }));
+  EXPECT_TRUE(broken([](EnvelopeConfig& c) { c.overruns_max = 0; }));
 }
 
 TEST(Envelope, LetsAModestWishPassUnchanged) {
@@ -109,26 +117,26 @@ TEST(Envelope, TakesEvenTheLargestNumberForAWish) {
 
 struct StopCase {
   const char* name;
-  void (*spoil)(Controls& wanted, RobotState& state, Time& now);
+  void (*spoil)(Controls& wanted, RobotState& state);
   std::uint64_t EnvelopeCounters::*counter;
 };
 
 constexpr StopCase kStops[] = {
-    {"a wish that is not a number", [](Controls& u, RobotState&, Time&) { u[8] = kNan; },
+    {"a wish that is not a number", [](Controls& u, RobotState&) { u[8] = kNan; },
      &EnvelopeCounters::not_finite},
-    {"an infinite wish", [](Controls& u, RobotState&, Time&) { u[0] = -kInf; },
+    {"an infinite wish", [](Controls& u, RobotState&) { u[0] = -kInf; },
      &EnvelopeCounters::not_finite},
-    {"a state just too old", [](Controls&, RobotState&, Time& now) { now += milliseconds(51); },
+    {"a state just too old", [](Controls&, RobotState& s) { s.stamp -= milliseconds(51); },
      &EnvelopeCounters::stale},
-    {"a state of the future", [](Controls&, RobotState&, Time& now) { now -= milliseconds(11); },
+    {"a state of the future", [](Controls&, RobotState& s) { s.stamp += milliseconds(11); },
      &EnvelopeCounters::stale},
-    {"a state that says it is not valid", [](Controls&, RobotState& s, Time&) { s.valid = false; },
+    {"a state that says it is not valid", [](Controls&, RobotState& s) { s.valid = false; },
      &EnvelopeCounters::invalid_state},
-    {"a position that is not a number", [](Controls&, RobotState& s, Time&) { s.q[0] = kNan; },
+    {"a position that is not a number", [](Controls&, RobotState& s) { s.q[0] = kNan; },
      &EnvelopeCounters::invalid_state},
-    {"a speed that is infinite", [](Controls&, RobotState& s, Time&) { s.u[2] = kInf; },
+    {"a speed that is infinite", [](Controls&, RobotState& s) { s.u[2] = kInf; },
      &EnvelopeCounters::invalid_state},
-    {"the emergency stop", [](Controls&, RobotState& s, Time&) { s.emergency_stop = true; },
+    {"the emergency stop", [](Controls&, RobotState& s) { s.emergency_stop = true; },
      &EnvelopeCounters::emergency_stop},
 };
 
@@ -140,22 +148,80 @@ TEST(Envelope, RampsToZeroAsFastAsAllowedForEachReason) {
     Envelope e = Moving(u);
     Controls wanted = u;
     RobotState state = Healthy(At(0));
-    Time now = At(0);
-    c.spoil(wanted, state, now);
-    EnvelopeResult r = e.Step(wanted, state, now);
+    c.spoil(wanted, state);
+    EnvelopeResult r = e.Step(wanted, state, At(0));
     EXPECT_TRUE(r.stopping);
     EXPECT_TRUE(r.changed);
     Controls expected = Controls::Zero();
     expected << -0.392, 0.48, 0.9, -0.9, 0.9, -0.9, 0, 0, 0;
     EXPECT_LT((r.u - expected).cwiseAbs().maxCoeff(), 1e-12);
     for (int i = 0; i < 60; ++i) {
-      r = e.Step(wanted, state, now);
+      r = e.Step(wanted, state, At(0));
     }
     EXPECT_EQ(r.u, Controls::Zero().eval());
     EXPECT_EQ(e.counters().*c.counter, 61u);
     const EnvelopeCounters& n = e.counters();
     EXPECT_EQ(n.not_finite + n.stale + n.invalid_state + n.emergency_stop, 61u);
   }
+}
+
+TEST(Envelope, StopsInTheSameTimeHoweverLateItsCyclesAre) {
+  // 0.4 m/s at 0.8 m/s^2 and 1 rad/s at 10 rad/s^2, from the step before the fault.
+  Controls u = Controls::Zero();
+  u << 0.4, -1, 1, -1, 0, 0, 0, 0, 0;
+  for (int periods = 1; periods <= 11; ++periods) {
+    SCOPED_TRACE(periods);
+    Envelope e = Moving(u);
+    RobotState unsound = Healthy(At(0));
+    unsound.valid = false;
+    for (int ms = 10 * periods; ms <= 500 + 10 * periods; ms += 10 * periods) {
+      const Controls sent = e.Step(u, unsound, At(ms)).u;
+      EXPECT_NEAR(sent[0], std::max(0.0, 0.4 - 0.8 * 1e-3 * ms), 1e-9) << ms;
+      EXPECT_NEAR(sent[1], std::min(0.0, -1 + 2 * 1e-3 * ms), 1e-9) << ms;
+      EXPECT_NEAR(sent[2], std::max(0.0, 1 - 10 * 1e-3 * ms), 1e-9) << ms;
+    }
+  }
+}
+
+TEST(Envelope, MakesUpForNoMoreThanTheLongestGap) {
+  Controls u = Controls::Zero();
+  u[0] = 0.4;
+  Envelope e = Moving(u);
+  RobotState unsound = Healthy(At(0));
+  unsound.valid = false;
+  EXPECT_NEAR(e.Step(u, unsound, At(5000)).u[0], 0.4 - 0.8 * 0.2, 1e-12);
+  // Nor does a clock that stands still, or goes backwards, stop the ramp.
+  EXPECT_NEAR(e.Step(u, unsound, At(5000)).u[0], 0.4 - 0.8 * 0.21, 1e-12);
+  EXPECT_NEAR(e.Step(u, unsound, At(0)).u[0], 0.4 - 0.8 * 0.22, 1e-12);
+}
+
+TEST(Envelope, ALateCycleDoesNotLetItAccelerateMore) {
+  Envelope e(Config());
+  Controls wanted = Controls::Zero();
+  wanted[0] = 0.4;
+  (void)e.Step(wanted, Healthy(At(0)), At(0));
+  EXPECT_NEAR(e.Step(wanted, Healthy(At(40)), At(40)).u[0], 2 * 0.008, 1e-12);
+}
+
+TEST(Envelope, CountsLateCyclesAndStopsAtTheFifthInARow) {
+  Envelope e = Moving(Slow());
+  int ms = 0;
+  const auto step = [&](int later_ms) {
+    ms += later_ms;
+    return e.Step(Slow(), Healthy(At(ms)), At(ms)).stopping;
+  };
+  for (int row = 0; row < 3; ++row) {
+    for (int i = 0; i < 4; ++i) {
+      EXPECT_FALSE(step(15));
+    }
+    EXPECT_FALSE(step(14));  // in time: those before do not count
+  }
+  EXPECT_EQ(e.counters().overruns, 12U);
+  for (int i = 1; i <= 7; ++i) {
+    EXPECT_EQ(step(20), i >= 5);
+  }
+  EXPECT_EQ(e.counters().overrun_stop, 3U);
+  EXPECT_FALSE(step(10));
 }
 
 TEST(Envelope, AcceptsAStateUpToItsTimeout) {
