@@ -5,6 +5,7 @@
 #include <cstdint>
 
 #include "ctrl/constraints/row.h"
+#include "platform/core/usable.h"
 
 namespace pipewright {
 
@@ -81,6 +82,27 @@ struct ConstraintConfig {
 };
 
 constexpr bool Valid(const ConstraintConfig& c) {
+  const bool usable = Usable({c.period_s,
+                              c.eta_1ps,
+                              c.eta_voxel_1ps,
+                              c.eta_self_1ps,
+                              c.eta_joint_1ps,
+                              c.d_safe_plane_m,
+                              c.d_safe_base_plane_m,
+                              c.d_safe_pipe_m,
+                              c.margin_m,
+                              c.voxel_margin_m,
+                              c.voxel_noise_m,
+                              c.self_margin_m,
+                              c.plane_inflation_m,
+                              c.plane_behind_m,
+                              c.near_vertical_nz,
+                              c.pipe_inflation_m,
+                              c.consider_m,
+                              c.consider_self_m,
+                              c.ahead_s,
+                              c.recovery_mps,
+                              c.alpha});
   const bool rates = c.period_s > 0 && c.eta_1ps > 0 && c.eta_voxel_1ps > 0 && c.eta_self_1ps > 0 &&
                      c.eta_joint_1ps > 0 && c.eta_1ps * c.period_s < 1 &&
                      c.eta_voxel_1ps * c.period_s < 1 && c.eta_self_1ps * c.period_s < 1 &&
@@ -92,9 +114,10 @@ constexpr bool Valid(const ConstraintConfig& c) {
                          c.consider_self_m > 0 && c.ahead_s >= 0 && c.recovery_mps >= 0;
   bool prices = c.Price(RowKind::kRecovery) > 0;  // hard, it would leave no answer
   for (const double price : c.price) {
-    prices = prices && price >= 0;
+    prices = prices && price >= 0 && Usable(price);
   }
-  return rates && distances && prices && c.alpha >= 0.5 && c.alpha < 1;
+  return usable && rates && distances && prices && c.near_vertical_nz >= 0 &&
+         c.near_vertical_nz <= 1 && c.alpha >= 0.5 && c.alpha < 1;
 }
 static_assert(Valid(ConstraintConfig{}));
 

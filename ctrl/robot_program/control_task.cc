@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "platform/core/usable.h"
 #include "platform/robot/shapes.h"
 
 namespace pipewright {
@@ -12,7 +13,25 @@ namespace {
 /// Variances of a pose that nothing holds to what was seen.
 constexpr double kNoBound = 1e6;
 
+/// A twist read while a late cycle was under way is stamped after the cycle's instant.
+constexpr Duration kAheadMost = std::chrono::milliseconds(10);
+
+bool Valid(const BasePose& pose) {
+  bool covariance =
+      pose.covariance.diagonal().minCoeff() >= 0 && pose.covariance == pose.covariance.transpose();
+  for (int i = 0; i < pose.covariance.size(); ++i) {
+    covariance = covariance && Usable(pose.covariance(i));
+  }
+  return Usable({pose.x_m, pose.y_m, pose.phi_rad}) && covariance;
+}
+
 }  // namespace
+
+bool Valid(const ControlTaskConfig& c) {
+  return Valid(c.law) && Valid(c.localization) && c.base.Valid() && c.arm.Valid() &&
+         Usable(c.joint_sigma_rad) && c.joint_sigma_rad >= 0 && Valid(c.start) &&
+         c.state_timeout > Duration::zero() && Usable(c.state_timeout);
+}
 
 EnvelopeConfig EnvelopeOf(const RobotModel<kArmJoints>& robot, const ControlTaskConfig& config) {
   EnvelopeConfig e;
@@ -33,19 +52,21 @@ int CyclesPerArmCycle(const ControlTaskConfig& config) {
 }
 
 ControlTask::ControlTask(const ControlTaskConfig& config, const RobotModel<kArmJoints>& robot)
-    : config_(config),
-      base_(config.base),
-      arm_(config.arm),
-      filter_(config.localization),
-      uncertainty_(config.joint_sigma_rad),
-      law_(config.law, robot, TracerUf7Shapes()),
-      envelope_(EnvelopeOf(robot, config)),
-      arm_every_(CyclesPerArmCycle(config)) {
-  filter_.Reset(config.start);
+    : status_(Valid(config) ? Status::kOk : Status::kOutOfRange),
+      config_(Valid(config) ? config : ControlTaskConfig{}),
+      base_(config_.base),
+      arm_(config_.arm),
+      filter_(config_.localization),
+      uncertainty_(config_.joint_sigma_rad),
+      law_(config_.law, robot, TracerUf7Shapes()),
+      envelope_(EnvelopeOf(robot, config_)),
+      arm_every_(CyclesPerArmCycle(config_)) {
+  filter_.Reset(config_.start);
 }
 
 RobotState ControlTask::ReadState(Time now) {
-  if (base_.has_odometer() && base_.twist_stamp() > last_twist_) {
+  if (base_.has_odometer() && base_.twist_stamp() > last_twist_ &&
+      base_.twist_stamp() <= now + kAheadMost) {
     last_twist_ = base_.twist_stamp();
     // A jump of the counters is counted by the odometry, which then goes by the twist.
     static_cast<void>(filter_.Step(base_.twist_stamp(), base_.twist().v_mps,
@@ -68,7 +89,7 @@ RobotState ControlTask::ReadState(Time now) {
   state.q << pose.x_m, pose.y_m, pose.phi_rad, arm_.position_rad();
   state.u << base_.twist().v_mps, base_.twist().omega_radps, arm_.velocity_radps();
   state.valid = base_.ready() && arm_.ready() && now - last_twist_ <= config_.state_timeout &&
-                !(config_.scans_correct && filter_.lost());
+                !(config_.scans_correct && filter_.lost()) && !bus_trouble_;
   return state;
 }
 
@@ -114,7 +135,9 @@ const ControlReport& ControlTask::Step(Time now, const Scene& scene, const Dista
                                        const Goal& goal, TxBatch& base_out, TxBatch& arm_out) {
   report_.now = now;
   report_.state = ReadState(now);
+  bus_trouble_ = false;
   report_.pose = ReadPose();
+  report_.state.valid = report_.state.valid && status_ == Status::kOk;
   const ControlOutput output =
       law_.Step({.state = report_.state,
                  .scene = scene,

@@ -27,6 +27,9 @@ struct ControlTaskConfig {
   Duration state_timeout = std::chrono::milliseconds(50);
 };
 
+/// Every field is a number that can be reckoned with, and those that go together fit.
+bool Valid(const ControlTaskConfig& config);
+
 /// Limits of the robot as the envelope wants them. period = that of the law.
 EnvelopeConfig EnvelopeOf(const RobotModel<kArmJoints>& robot, const ControlTaskConfig& config);
 
@@ -87,11 +90,15 @@ class ControlTask {
  public:
   ControlTask(const ControlTaskConfig& config, const RobotModel<kArmJoints>& robot);
 
-  /// kOutOfRange: the configuration is not valid; the task then only ever commands zero.
-  Status status() const { return law_.status(); }
+  /// kOutOfRange: the configuration is not Valid; the task then only ever commands zero.
+  Status status() const { return status_; }
 
   void OnBaseFrame(const can::Frame& frame) { base_.OnFrame(frame); }
   void OnArmFrame(const can::Frame& frame) { arm_.OnFrame(frame); }
+
+  /// The next Step only brakes: a bus was not read to its end, so that what is known may be old, or
+  /// did not take what was sent.
+  void OnBusTrouble() { bus_trouble_ = true; }
 
   /// Where a scan found the base, before the Step that is to know it. One that is too old, or that
   /// the filter's gate refuses, moves nothing.
@@ -116,7 +123,8 @@ class ControlTask {
   PoseReport ReadPose() const;
   ControlPhase Phase() const;
 
-  ControlTaskConfig config_;
+  Status status_;
+  ControlTaskConfig config_;  ///< the default where that given is not valid
   TracerDriver base_;
   ArmDriver arm_;
   PoseFilter filter_;
@@ -127,6 +135,7 @@ class ControlTask {
   int arm_every_;     ///< cycles
   int arm_wait_ = 0;  ///< cycles until the arm's next
   bool stopping_ = false;
+  bool bus_trouble_ = false;
   ControlReport report_;
 };
 

@@ -3,6 +3,7 @@
 
 #include <atomic>
 
+#include "ctrl/robot_program/bus_cycle.h"
 #include "ctrl/robot_program/control_task.h"
 #include "ctrl/robot_program/mapping_task.h"
 #include "ctrl/robot_program/planning_task.h"
@@ -32,10 +33,6 @@ class RobotProgram {
 
   Status status() const { return control_.status(); }
 
-  /// What a cycle reads from a bus at most; the next reads on. At 1 Mbit/s no more than 425 frames
-  /// come in 20 ms.
-  static constexpr int kFramesPerCycle = 512;
-
   /// Control thread: reads both buses, steps, sends. One port may serve as both.
   template <can::Bus Base, can::Bus Arm>
   const ControlReport& Control(Base& base, Arm& arm, Time now);
@@ -58,12 +55,10 @@ class RobotProgram {
   const MappingTask& mapping() const { return mapping_; }
   const PlanningTask& planning() const { return planning_; }
 
-  /// Frames that a bus did not take.
-  std::uint64_t send_failures() const { return send_failures_; }
+  /// What the buses did not take or were not asked for. The cycle after one brakes.
+  const BusCounters& bus_counters() const { return bus_counters_; }
 
  private:
-  template <can::Bus B>
-  void Send(B& bus, const TxBatch& batch);
   const ControlReport& StepControl(Time now);
 
   ControlTask control_;
@@ -87,34 +82,15 @@ class RobotProgram {
   Time camera_seen_{};  // planning's: when the map last changed, or no frame could be used
   Time map_stamp_{};
   bool camera_lost_ = false;
-  std::uint64_t send_failures_ = 0;
+  BusCounters bus_counters_;
 };
-
-template <can::Bus B>
-void RobotProgram::Send(B& bus, const TxBatch& batch) {
-  for (const can::Frame& frame : batch) {
-    if (bus.Send(frame) != Status::kOk) {
-      ++send_failures_;  // the devices' own watchdogs stop them if this goes on
-    }
-  }
-}
 
 template <can::Bus Base, can::Bus Arm>
 const ControlReport& RobotProgram::Control(Base& base, Arm& arm, Time now) {
-  const bool shared = static_cast<const void*>(&base) == static_cast<const void*>(&arm);
-  can::Frame frame;
-  for (int i = 0; i < kFramesPerCycle && base.Receive(frame); ++i) {
-    control_.OnBaseFrame(frame);
-    if (shared) {
-      control_.OnArmFrame(frame);
-    }
-  }
-  for (int i = 0; i < kFramesPerCycle && !shared && arm.Receive(frame); ++i) {
-    control_.OnArmFrame(frame);
-  }
+  ReceiveFrames(base, arm, control_, bus_counters_);
   const ControlReport& report = StepControl(now);
-  Send(base, base_out_);
-  Send(arm, arm_out_);
+  SendFrames(base, base_out_, control_, bus_counters_);
+  SendFrames(arm, arm_out_, control_, bus_counters_);
   return report;
 }
 

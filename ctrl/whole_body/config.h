@@ -4,6 +4,7 @@
 #include <cstdint>
 
 #include "ctrl/constraints/config.h"
+#include "platform/core/usable.h"
 
 namespace pipewright {
 
@@ -20,7 +21,9 @@ struct FollowerConfig {
 };
 
 constexpr bool Valid(const FollowerConfig& c) {
-  return c.speed_fraction > 0 && c.speed_fraction <= 1 && c.acceleration_fraction > 0 &&
+  return Usable({c.speed_fraction, c.acceleration_fraction, c.lag_free, c.lag_stop, c.k_along_1ps,
+                 c.k_across_1pm2, c.k_heading_1ps, c.k_joint_1ps}) &&
+         c.speed_fraction > 0 && c.speed_fraction <= 1 && c.acceleration_fraction > 0 &&
          c.acceleration_fraction <= 1 && c.lag_free >= 0 && c.lag_stop > c.lag_free &&
          c.k_along_1ps >= 0 && c.k_across_1pm2 >= 0 && c.k_heading_1ps >= 0 && c.k_joint_1ps >= 0;
 }
@@ -47,10 +50,13 @@ struct WholeBodyConfig {
 };
 
 constexpr bool Valid(const WholeBodyConfig& c) {
-  return Valid(c.constraints) && Valid(c.follower) && c.kappa_1ps > 0 && c.lambda_c > 0 &&
-         c.kappa_1ps * c.constraints.period_s < 1 && c.reached > 0 && c.stall_s > 0 &&
-         c.stall_change > 0 && c.give_up_s >= c.stall_s && c.settle >= 0 && c.settle_s >= 0 &&
-         c.smoothing_s >= 0 && c.settle_1ps >= 0 && c.settle_damping > 0 && c.svfi_rounds >= 1;
+  return Valid(c.constraints) && Valid(c.follower) &&
+         Usable({c.kappa_1ps, c.lambda_c, c.reached, c.stall_s, c.stall_change, c.smoothing_s,
+                 c.give_up_s, c.settle, c.settle_s, c.settle_1ps, c.settle_damping}) &&
+         c.kappa_1ps > 0 && c.lambda_c > 0 && c.kappa_1ps * c.constraints.period_s < 1 &&
+         c.reached > 0 && c.stall_s > 0 && c.stall_change > 0 && c.give_up_s >= c.stall_s &&
+         c.settle >= 0 && c.settle_s >= 0 && c.smoothing_s >= 0 && c.settle_1ps >= 0 &&
+         c.settle_damping > 0 && c.svfi_rounds >= 1;
 }
 static_assert(Valid(WholeBodyConfig{}));
 

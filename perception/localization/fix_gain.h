@@ -2,6 +2,7 @@
 #pragma once
 
 #include "perception/localization/scan_registration.h"
+#include "platform/core/usable.h"
 
 namespace pipewright {
 
@@ -19,8 +20,8 @@ struct FixNoiseConfig {
 };
 
 constexpr bool Valid(const FixNoiseConfig& c) {
-  return c.share > 0 && c.share <= 1 && c.sigma_m > 0 && c.sigma_rad > 0 && c.tilt_rad >= 0 &&
-         c.gate > 0;
+  return Usable({c.share, c.sigma_m, c.sigma_rad, c.tilt_rad, c.gate}) && c.share > 0 &&
+         c.share <= 1 && c.sigma_m > 0 && c.sigma_rad > 0 && c.tilt_rad >= 0 && c.gate > 0;
 }
 
 /// What a fix tells against a pose that is known with covariance M.

@@ -36,7 +36,10 @@ struct PoseFilterConfig {
 };
 
 constexpr bool Valid(const PoseFilterConfig& c) {
-  return Valid(c.odometry) && Valid(c.slip) && c.slip_least > 0 && c.slip_start >= c.slip_least &&
+  return Usable({c.slip_start, c.slip_least, c.slip_most, c.slip_learning, c.yaw_scale_sigma,
+                 c.yaw_scale_walk, c.yaw_scale_max, c.way_scale_sigma, c.way_scale_walk,
+                 c.way_scale_max, c.slow_radps, c.fast_radps, c.lost_m, c.lost_rad}) &&
+         Valid(c.odometry) && Valid(c.slip) && c.slip_least > 0 && c.slip_start >= c.slip_least &&
          c.slip_most >= c.slip_start && c.slip_learning >= 0 && c.yaw_scale_sigma >= 0 &&
          c.yaw_scale_walk >= 0 && c.yaw_scale_max > 0 && c.yaw_scale_max < 1 &&
          c.way_scale_sigma >= 0 && c.way_scale_walk >= 0 && c.way_scale_max > 0 &&

@@ -6,6 +6,7 @@
 #include "platform/core/frames.h"
 #include "platform/core/status.h"
 #include "platform/core/time.h"
+#include "platform/core/usable.h"
 
 namespace pipewright {
 
@@ -17,7 +18,8 @@ struct WheelSlip {
 };
 
 constexpr bool Valid(const WheelSlip& s) {
-  return s.m >= 0 && s.rad_per_m >= 0 && s.rad_per_rad >= 0;
+  return Usable({s.m, s.rad_per_m, s.rad_per_rad}) && s.m >= 0 && s.rad_per_m >= 0 &&
+         s.rad_per_rad >= 0;
 }
 
 struct WheelOdometryConfig {
@@ -29,8 +31,8 @@ struct WheelOdometryConfig {
 };
 
 constexpr bool Valid(const WheelOdometryConfig& c) {
-  return c.track_m > 0 && c.quantum_m > 0 && c.max_wheel_mps > 0 && c.max_gap > Duration::zero() &&
-         Valid(c.slip);
+  return Usable({c.track_m, c.quantum_m, c.max_wheel_mps}) && Usable(c.max_gap) && c.track_m > 0 &&
+         c.quantum_m > 0 && c.max_wheel_mps > 0 && c.max_gap > Duration::zero() && Valid(c.slip);
 }
 
 /// A short way of the base: arc length, and the turn on it.

@@ -126,7 +126,7 @@ int Pass(const Options& options, Json& json, const Take& take) {
   }
   json = {{"goals", loop.goals()},
           {"goals_reached", loop.goals_reached()},
-          {"send_failures", loop.robot().send_failures},
+          {"send_failures", loop.robot().buses.send_failures},
           {"heap_counted", hil::HeapWatch::Counting()},
           {"heap_allocations", allocations}};
   return allocations > 0 ? 1 : 0;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include "ctrl/robot_program/bus_cycle.h"
 #include "ctrl/robot_program/control_task.h"
 #include "ctrl/robot_program/perceived.h"
 #include "platform/can/bus.h"
@@ -36,31 +37,15 @@ struct RobotSide {
   StateHistory states;
   TxBatch base_out;
   TxBatch arm_out;
-  int send_failures = 0;
+  BusCounters buses;
 };
-
-/// Frames that `bus` did not take.
-template <can::Bus B>
-int SendAll(B& bus, const TxBatch& batch) {
-  int failures = 0;
-  for (const can::Frame& frame : batch) {
-    failures += bus.Send(frame) == Status::kOk ? 0 : 1;
-  }
-  return failures;
-}
 
 /// One whole control cycle, as RobotProgram::Control has it on two buses: every received frame
 /// decoded, the surrounding and the goal read, the task's step (state, rows, QP, envelope, frames),
 /// the state and the report handed on, the frames sent.
 template <can::Bus Base, can::Bus Arm>
 const ControlReport& RunControlCycle(RobotSide& robot, Base& base, Arm& arm, Time now) {
-  can::Frame frame;
-  while (base.Receive(frame)) {
-    robot.task.OnBaseFrame(frame);
-  }
-  while (arm.Receive(frame)) {
-    robot.task.OnArmFrame(frame);
-  }
+  ReceiveFrames(base, arm, robot.task, robot.buses);
   robot.base_out.clear();
   robot.arm_out.clear();
   const Surrounding& around = robot.surrounding.Read();
@@ -69,7 +54,8 @@ const ControlReport& RunControlCycle(RobotSide& robot, Base& base, Arm& arm, Tim
   robot.states.Add(report.state);
   robot.history.Write(robot.states);
   robot.report.Write(report);
-  robot.send_failures += SendAll(base, robot.base_out) + SendAll(arm, robot.arm_out);
+  SendFrames(base, robot.base_out, robot.task, robot.buses);
+  SendFrames(arm, robot.arm_out, robot.task, robot.buses);
   return report;
 }
 

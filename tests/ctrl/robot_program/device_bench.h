@@ -50,6 +50,8 @@ class DeviceBench {
   can::LoopbackBus::Port& base() { return *robot_[0]; }
   can::LoopbackBus::Port& arm() { return *robot_[1]; }
   const can::LoopbackBus& bus(int i) const { return bus_[i]; }
+  /// Another node, of nobody's.
+  can::LoopbackBus::Port* Attach(int bus) { return bus_[bus].Attach(); }
   hil::DeviceSet& devices() { return *devices_; }
   const hil::Plant& plant() const { return plant_; }
   const hil::DeviceMotion& motion() const { return motion_; }

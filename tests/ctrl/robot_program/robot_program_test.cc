@@ -71,7 +71,8 @@ TEST(RobotProgram, WorksThroughOnePortAsThroughTwo) {
     run.For(seconds(3));
     EXPECT_EQ(run.report().phase, ControlPhase::kRunning);
     EXPECT_TRUE(run.report().state.valid);
-    EXPECT_EQ(run.program->send_failures(), 0U);
+    EXPECT_EQ(run.program->bus_counters().send_failures, 0U);
+    EXPECT_EQ(run.program->bus_counters().backlogs, 0U);
     EXPECT_LT(run.bench.bus(0).PeakLoad(), 0.9);
     EXPECT_EQ(run.bench.base().counters().rx_dropped, 0U);
     EXPECT_EQ(run.bench.arm().counters().rx_dropped, 0U);
