@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "perception/primitives/evidence.h"
+#include "perception/primitives/soundness.h"
 
 namespace pipewright {
 namespace {
@@ -204,6 +205,10 @@ void PrimitiveTracker::Publish(const Tracks<Track>& tracks, Out& out) {
     }
     auto estimate = track.estimate;
     estimate.covariance += PoseCovariance(estimate, track.life.p_WS, config_);
+    if (!Sound(estimate)) {
+      ++counters_.unsound;
+      continue;
+    }
     counters_.full += !out.push_back(estimate);
   }
 }

@@ -21,6 +21,7 @@ struct PrimitiveCounters {
   std::uint64_t merged = 0;
   std::uint64_t improbable = 0;  ///< matches that chance hardly explains: pose or filter too sure
   std::uint64_t full = 0;        ///< primitives without room, in tracks or in the scene
+  std::uint64_t unsound = 0;     ///< times that one was not given to others: see Sound()
 };
 
 /// Planes and pipes over time: those of each frame are matched to what is known, filtered in W, and
