@@ -247,7 +247,8 @@ void ArmDriver::SendNmt(can::NmtCommand command, TxBatch& out) {
 }
 
 void ArmDriver::SendHeartbeat(Time now, TxBatch& out) {
-  if (now < next_heartbeat_) {
+  // Not due yet; where the clock was set back, it is.
+  if (now < next_heartbeat_ && next_heartbeat_ - now <= kHeartbeatPeriod) {
     return;
   }
   Send(Encode(can::kHeartbeat, {.state = static_cast<std::uint32_t>(NmtState::kOperational)},

@@ -172,7 +172,8 @@ void TracerDriver::CheckAges(Time now) {
 }
 
 void TracerDriver::SendTwist(Time now, TxBatch& out) {
-  if (now < next_twist_) {
+  // Not due yet; where the clock was set back, it is.
+  if (now < next_twist_ && next_twist_ - now <= config_.command_period) {
     return;
   }
   const bool moving = commanded_ && phase_ == DriverPhase::kReady;

@@ -247,6 +247,18 @@ TEST_F(TracerDriverTest, AStateOfTheFutureIsNoState) {
   EXPECT_EQ(driver_.fault().problem, Problem::kStateAhead);
 }
 
+TEST_F(TracerDriverTest, SendsZeroAtOnceWhenTheClockIsSetBack) {
+  Cycles(20, 0.5, 0);
+  now_ -= 3000ms;
+  TxBatch out;
+  for (int i = 0; i < 4; ++i) {
+    driver_.Step(now_ += 10ms, out);
+  }
+  EXPECT_EQ(driver_.fault().problem, Problem::kStateAhead);
+  ASSERT_GE(out.size(), 2);
+  EXPECT_EQ(out[0], test::Bytes(0x111, {0, 0, 0, 0, 0, 0, 0, 0}));
+}
+
 TEST_F(TracerDriverTest, StopWaitsForRestAndHandsControlBack) {
   Cycles(20, 0.5, 0.2);
   ASSERT_EQ(base_.v_mmps, 500);
