@@ -89,7 +89,8 @@ RobotState ControlTask::ReadState(Time now) {
   state.q << pose.x_m, pose.y_m, pose.phi_rad, arm_.position_rad();
   state.u << base_.twist().v_mps, base_.twist().omega_radps, arm_.velocity_radps();
   state.valid = base_.ready() && arm_.ready() && now - last_twist_ <= config_.state_timeout &&
-                !(config_.scans_correct && filter_.lost()) && !bus_trouble_;
+                !(config_.scans_correct && filter_.lost()) &&
+                !(had_bus_trouble_ && now - bus_trouble_at_ < config_.state_timeout);
   return state;
 }
 
@@ -134,8 +135,12 @@ ControlPhase ControlTask::Phase() const {
 const ControlReport& ControlTask::Step(Time now, const Scene& scene, const DistanceField& field,
                                        const Goal& goal, TxBatch& base_out, TxBatch& arm_out) {
   report_.now = now;
+  if (bus_trouble_) {
+    bus_trouble_ = false;
+    had_bus_trouble_ = true;
+    bus_trouble_at_ = now;
+  }
   report_.state = ReadState(now);
-  bus_trouble_ = false;
   report_.pose = ReadPose();
   report_.state.valid = report_.state.valid && status_ == Status::kOk;
   const ControlOutput output =

@@ -96,8 +96,9 @@ class ControlTask {
   void OnBaseFrame(const can::Frame& frame) { base_.OnFrame(frame); }
   void OnArmFrame(const can::Frame& frame) { arm_.OnFrame(frame); }
 
-  /// The next Step only brakes: a bus was not read to its end, so that what is known may be old, or
-  /// did not take what was sent.
+  /// A bus was not read to its end, so that what is known may be old, or did not take what was
+  /// sent: the next Step only brakes, and those after it for the state's timeout, longer than from
+  /// one frame of the base to the next.
   void OnBusTrouble() { bus_trouble_ = true; }
 
   /// Where a scan found the base, before the Step that is to know it. One that is too old, or that
@@ -136,6 +137,8 @@ class ControlTask {
   int arm_wait_ = 0;  ///< cycles until the arm's next
   bool stopping_ = false;
   bool bus_trouble_ = false;
+  bool had_bus_trouble_ = false;
+  Time bus_trouble_at_{};
   ControlReport report_;
 };
 

@@ -33,7 +33,7 @@ struct BadPort {
 struct Bench {
   /// One cycle of 10 ms; before it the arm's bus delivers `junk` frames more.
   void Cycle(int junk = 0, bool full = false) {
-    BadPort base{robot.bench.base()};
+    BadPort base{robot.bench.base(), 0, base_full};
     BadPort arm{robot.bench.arm(), left + junk, full};
     TxBatch base_out;
     TxBatch arm_out;
@@ -66,9 +66,10 @@ struct Bench {
   BusCounters counters;
   int left = 0;
   int received = 0;
+  bool base_full = false;
 };
 
-TEST(BusCycle, ReadsABoundedNumberAndBrakesUntilTheNewestFrameIsReached) {
+TEST(BusCycle, ReadsABoundedNumberAndBrakesUntilTheNewestFrameWasReached) {
   Bench bench;
   ASSERT_TRUE(bench.Moves());
   ASSERT_EQ(bench.counters.backlogs, 0U);
@@ -82,7 +83,7 @@ TEST(BusCycle, ReadsABoundedNumberAndBrakesUntilTheNewestFrameIsReached) {
   bench.Cycle();
   EXPECT_EQ(bench.counters.backlogs, 3U);
   EXPECT_FALSE(bench.robot.report().state.valid);
-  bench.Cycle();  // the drives' own frames at last
+  bench.Cycles(6);  // the drives' own frames at last, and 50 ms more
   EXPECT_EQ(bench.counters.backlogs, 3U);
   EXPECT_TRUE(bench.robot.report().state.valid);
   bench.Cycles(20);
@@ -102,6 +103,17 @@ TEST(BusCycle, ANodeThatNeverFallsSilentStopsTheRobot) {
 TEST(BusCycle, ReadsAllThatABusCanCarryInTheLongestPeriod) {
   constexpr int kLeastBits = 47;  // of a frame without data: ISO 11898-1, intermission included
   EXPECT_GT(kFramesPerCycle, 1'000'000 / kLeastBits * 20 / 1000);
+}
+
+/// The base is sent to in every second cycle only.
+TEST(BusCycle, ABaseThatTakesNothingStopsTheArmToo) {
+  Bench bench;
+  ASSERT_TRUE(bench.Moves());
+  for (int i = 0; i < 150; ++i) {
+    bench.base_full = true;
+    bench.Cycle();
+  }
+  EXPECT_TRUE(bench.robot.bench.AtRest());
 }
 
 TEST(BusCycle, BrakesAfterACycleWhoseFramesWereNotTaken) {
