@@ -87,8 +87,8 @@ void ReadIntrinsics(TomlTable& table, CameraIntrinsics& camera) {
   camera.height = table.Integer("height", 16, 480);
   camera.fx = table.Number("fx", 1, 1e4);
   camera.fy = table.Number("fy", 1, 1e4);
-  camera.cx = table.Number("cx", 0, 848);
-  camera.cy = table.Number("cy", 0, 480);
+  camera.cx = table.Number("cx", 0, std::max(1, camera.width));
+  camera.cy = table.Number("cy", 0, std::max(1, camera.height));
   camera.z_min_m = table.Number("z_min_m", 0, 10);
   camera.z_max_m = table.Number("z_max_m", 0.1, 65);
   if (table.Has("z_min_m") && table.Has("z_max_m") && camera.z_max_m <= camera.z_min_m) {
@@ -171,6 +171,20 @@ void ReadConfig(TomlTable& root, DaemonConfig& c) {
   root.Finish();
 }
 
+/// Joints named as where the arm starts can be there.
+void CheckStart(const StartPose& start, std::vector<std::string>& errors) {
+  const auto& joints = TracerUf7().arm.joints;
+  for (std::size_t i = 0; i < std::min(start.joints_rad.size(), joints.size()); ++i) {
+    const double q_rad = start.joints_rad[i];
+    if (!(joints[i].q_min_rad <= q_rad && q_rad <= joints[i].q_max_rad)) {
+      errors.push_back(start.where + ".joints_rad: joint " + std::to_string(i + 1) + " at " +
+                       std::to_string(q_rad) + " is beyond its limits, [" +
+                       std::to_string(joints[i].q_min_rad) + ", " +
+                       std::to_string(joints[i].q_max_rad) + "]");
+    }
+  }
+}
+
 }  // namespace
 
 DaemonConfigResult ParseDaemonConfig(std::string_view toml, const std::string& origin) {
@@ -178,6 +192,7 @@ DaemonConfigResult ParseDaemonConfig(std::string_view toml, const std::string& o
   ReadToml(toml, origin, result.errors, [&](TomlTable& root) {
     DaemonConfig config;
     ReadConfig(root, config);
+    CheckStart(config.site.start, result.errors);
     if (result.errors.empty()) {
       result.config = std::move(config);
     }
