@@ -38,7 +38,7 @@ EnvelopeConfig EnvelopeOf(const RobotModel<kArmJoints>& robot, const ControlTask
   e.period = FromSeconds(config.law.constraints.period_s);
   e.state_timeout = config.state_timeout;
   e.u_max << robot.base.speed_mps, robot.base.turn_radps,
-      JointValues(robot, &ArmJoint::speed_max_radps);
+      JointValues(robot, &ArmJoint::speed_radps);
   e.a_max << robot.base.acceleration_mps2, robot.base.turn_acceleration_radps2,
       JointValues(robot, &ArmJoint::acceleration_max_radps2);
   e.q_min = JointValues(robot, &ArmJoint::q_min_rad);

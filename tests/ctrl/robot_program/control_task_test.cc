@@ -155,6 +155,7 @@ TEST(EnvelopeOf, GivesTheEnvelopeTheRobotsOwnLimits) {
   EXPECT_EQ(e.period, std::chrono::milliseconds(4));
   EXPECT_EQ(e.u_max(0), 0.4);
   EXPECT_EQ(e.u_max(1), 1.0);
+  EXPECT_EQ(e.u_max(5), 1.0);  // at which it is operated, not what the joint could do
   EXPECT_EQ(e.a_max(0), 0.8);
   EXPECT_EQ(e.q_min(3), -0.191986);  // of joint 4, as the vendor gives it
   EXPECT_EQ(e.q_max(3), 3.92699);
