@@ -10,9 +10,6 @@ namespace pipewright::bench {
 namespace {
 
 constexpr double kSlack_s = 0.04;
-/// Written here by hand: what the product's own tables say is what is judged.
-constexpr double kSpeedMax[] = {0.4, 1, 1, 1, 1, 1, 1, 1, 1};
-constexpr double kAccelerationMax[] = {0.8, 2, 10, 10, 10, 10, 10, 10, 10};
 
 }  // namespace
 

@@ -10,6 +10,11 @@
 
 namespace pipewright::bench {
 
+/// Limits of the nine axes, m/s and rad/s. Written here by hand: what the product's own tables say
+/// is what is judged.
+inline constexpr double kSpeedMax[] = {0.4, 1, 1, 1, 1, 1, 1, 1, 1};
+inline constexpr double kAccelerationMax[] = {0.8, 2, 10, 10, 10, 10, 10, 10, 10};
+
 /// Whether what went over the wire is lawful, by the bytes alone. The limits are the robot's as it
 /// is operated: base 0.4 m/s and 0.8 m/s^2, 1 rad/s and 2 rad/s^2; each joint 1 rad/s and
 /// 10 rad/s^2. Of the velocity u of each of the nine axes:

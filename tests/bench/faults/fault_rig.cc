@@ -21,6 +21,11 @@ MapConfig Hall() {
   return config;
 }
 
+/// Cycles in which the envelope braked, and why it might.
+std::uint64_t Stops(const EnvelopeCounters& n) {
+  return n.not_finite + n.stale + n.invalid_state + n.emergency_stop + n.overrun_stop;
+}
+
 ControlTaskConfig HallConfig() {
   ControlTaskConfig config = TaskConfig({});
   config.law.reached = 0.01;
@@ -66,10 +71,14 @@ void FaultRig::Tick() {
 
 void FaultRig::Cycle() {
   ++cycles_;
+  const hil::HeapWatch watch;
   const ControlReport& report = RunControlCycle(*robot_, *base_, *arm_, clock());
-  if (!report.state.valid || report.phase == ControlPhase::kFault) {
+  cycles_that_allocate_ += watch.allocations() > 0 ? 1 : 0;
+  const std::uint64_t stops = Stops(robot_->task.envelope_counters());
+  if (!report.state.valid || report.phase == ControlPhase::kFault || stops > stops_) {
     Detected();
   }
+  stops_ = stops;
   const bool done = report.progress.id == goal_.id && report.progress.state != GoalState::kMoving;
   if (report.state.valid && report.phase == ControlPhase::kRunning &&
       (goal_.id == 0 || done || bench_.now() > goal_end_)) {
@@ -142,6 +151,7 @@ void FaultRig::Begin() {
   rest_at_.reset();
   unlawful_before_ = judge_.unlawful();
   hard_stops_before_ = bench_.plant().hard_stops();
+  allocated_before_ = cycles_that_allocate_;
   why_.clear();
 }
 
@@ -165,6 +175,10 @@ Outcome FaultRig::Conclude(const Requirement& required) {
   }
   if (bench_.plant().hard_stops() > hard_stops_before_) {
     why_ = "a joint ran into its hard stop";
+    return Outcome::kWrong;
+  }
+  if (cycles_that_allocate_ > allocated_before_) {
+    why_ = "a cycle took memory from the heap";
     return Outcome::kWrong;
   }
   if (moved_again) {

@@ -7,6 +7,7 @@
 #include <optional>
 #include <string>
 
+#include "hil/cli/heap_watch.h"
 #include "hil/faults/fault_script.h"
 #include "hil/faults/faulty_port.h"
 #include "platform/core/rng.h"
@@ -73,6 +74,10 @@ class FaultRig {
   /// Seen otherwise than by the program's own report.
   void Detected() { detected_ = detected_ ? detected_ : bench_.now(); }
   std::uint64_t cycles() const { return cycles_; }
+  /// Of them, those that took anything from the heap; each is a W, too.
+  std::uint64_t cycles_that_allocate() const { return cycles_that_allocate_; }
+  /// The next order is due: what was in hand is put aside.
+  void Renew() { goal_end_ = {}; }
   const std::string& why() const { return why_; }
 
  private:
@@ -94,6 +99,9 @@ class FaultRig {
   Duration clock_ = std::chrono::hours(2);
   std::optional<Configuration> home_;
   std::uint64_t cycles_ = 0;
+  std::uint64_t cycles_that_allocate_ = 0;
+  std::uint64_t allocated_before_ = 0;
+  std::uint64_t stops_ = 0;
   Time fault_at_{};
   std::optional<Time> detected_;
   std::optional<Time> rest_at_;

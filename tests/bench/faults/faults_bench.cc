@@ -12,6 +12,7 @@
 #include <nlohmann/json.hpp>
 
 #include "tests/bench/faults/rows.h"
+#include "tests/bench/mission_figures.h"
 
 namespace pipewright::bench {
 namespace {
@@ -116,7 +117,9 @@ std::uint64_t Bad(const Tally& tally) {
 }
 
 /// 95 % bound of W + C.
-double Bound(const Tally& tally) { return UpperBound95(Bad(tally), tally.n()); }
+double Bound(const Tally& tally) {
+  return RateBound95(static_cast<int>(Bad(tally)), static_cast<int>(tally.n()));
+}
 
 void Print(const RowResult& result) {
   const Tally& t = result.tally;

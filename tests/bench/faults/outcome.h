@@ -45,11 +45,6 @@ struct Tally {
   }
 };
 
-/// Upper bound at 95 % of the probability of k or more bad in n trials that go alike: the p at
-/// which so few as k have 5 % chance (Clopper and Pearson, 1934, one-sided). 3/n where k = 0, which
-/// is that of the exact 1 - 0.05^(1/n) rounded up.
-double UpperBound95(std::uint64_t bad, std::uint64_t n);
-
 /// q in [0, 1]: the smallest value that so large a share does not exceed. 0 of nothing.
 double Quantile(std::vector<double> values, double q);
 
