@@ -19,6 +19,7 @@
 #include "hil/cli/realtime_run.h"
 #include "hil/cli/scenario_choice.h"
 #include "hil/cli/virtual_run.h"
+#include "platform/linux/clock.h"
 
 namespace pipewright::hil {
 namespace {
@@ -72,9 +73,11 @@ std::string OpenBus(const InspectionOptions& options, const BusChoice& bus,
 }
 
 /// @returns an error in words, or nothing
-std::string OpenCamera(const InspectionOptions& options, DepthReceiver* camera) {
-  const std::string error = options.camera.empty() ? "" : camera->Open(options.camera);
-  return error.empty() ? "" : "--camera " + error;
+std::string CheckCamera(DepthSocket& camera) {
+  const auto frame = std::make_unique<DepthFrame>();
+  return camera.Poll(Now(), *frame) == Status::kUnavailable
+             ? fmt::format("--camera {}", camera.error_text())
+             : "";
 }
 
 RunHooks Hooks(bool terminal) {
@@ -108,13 +111,13 @@ int Inspect(const InspectionOptions& options) {
   std::string error;
   const BusChoice bus = ParseBus(options.bus, &error);
   CanInterfaces interfaces;
-  DepthReceiver camera;
+  const auto camera = std::make_unique<DepthSocket>(options.camera);
   RunFolder folder;
   if (error.empty()) {
     error = OpenBus(options, bus, &interfaces);
   }
-  if (error.empty()) {
-    error = OpenCamera(options, &camera);
+  if (error.empty() && !options.camera.empty()) {
+    error = CheckCamera(*camera);
   }
   if (error.empty()) {
     error = folder.Open(FolderOf(scenario, options), Head(scenario, options), options.record_depth);
@@ -126,7 +129,7 @@ int Inspect(const InspectionOptions& options) {
   const bool terminal = isatty(STDERR_FILENO) == 1;
   const RunHooks hooks = Hooks(terminal);
   RealtimePorts ports = bus.is_virtual() ? RealtimePorts{} : interfaces.Ports();
-  ports.camera = options.camera.empty() ? nullptr : &camera;
+  ports.camera = options.camera.empty() ? nullptr : camera.get();
   const nlohmann::ordered_json run = bus.is_virtual()
                                          ? RunVirtual(scenario, options, folder, hooks)
                                          : RunRealtime(ports, scenario, options, folder, hooks);

@@ -29,7 +29,7 @@ using std::chrono_literals::operator""s;
 constexpr Duration kStopTimeout = 5s;   ///< for the robot to come to rest and be disabled
 constexpr Duration kFaultTimeout = 1s;  ///< the same at a device fault: quick stop is being sent
 constexpr Duration kReadPeriod = 2ms;   ///< of taps and plans
-constexpr Duration kCameraPatience = 100ms;
+constexpr Duration kCameraPoll = 2ms;
 
 std::int64_t ClockNanoseconds() { return Now().time_since_epoch().count(); }
 
@@ -116,7 +116,7 @@ class RealtimeRun final : public ThreadObserver {
   const bool shared_;
   const std::vector<SocketCan*> robot_sockets_;
   const std::vector<SocketCan*> tap_sockets_;
-  DepthReceiver* camera_;
+  DepthSocket* camera_;
   std::vector<Tap> taps_;
   std::unique_ptr<RobotProgram> program_;
   EmulatorThread emulation_;
@@ -155,17 +155,16 @@ void RealtimeRun::OnPlan(Time now, const PlanningTask& planning, bool, Duration 
   plans_.Push({.now = now, .output = planning.output(), .goal = planning.goal(), .took = took});
 }
 
-/// Ends with the stream, too: the program then finds its camera silent.
 void RealtimeRun::CameraLoop() {
   Latest<DepthFrame>& frames = threads_->frames();
-  Status status = Status::kOk;
-  while (!camera_quit_ && (status == Status::kOk || status == Status::kTimeout)) {
-    status = camera_->Read(frames.Back(), kCameraPatience);
-    if (status == Status::kOk) {
-      frames.Back().stamp = Time{frames.Back().stamp - epoch_};
-      frames.Publish();
-      ++camera_frames_;
+  while (!camera_quit_) {
+    if (camera_->Poll(Now(), frames.Back()) != Status::kOk) {
+      SleepUntil(Now() + kCameraPoll);
+      continue;
     }
+    frames.Back().stamp = Time{frames.Back().stamp - epoch_};
+    frames.Publish();
+    ++camera_frames_;
   }
 }
 

@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "hil/cli/virtual_run.h"
-#include "hil/depth_stream/depth_receiver.h"
 #include "hil/devices/port.h"
+#include "platform/linux/depth_socket.h"
 #include "platform/linux/socket_can.h"
 
 namespace pipewright::hil {
@@ -26,7 +26,7 @@ struct RealtimePorts {
   /// Behind `base` and `arm`, and behind `taps`, where they are the kernel's: for what was lost.
   std::vector<SocketCan*> robot_sockets;
   std::vector<SocketCan*> tap_sockets;
-  DepthReceiver* camera = nullptr;  ///< open, where the devices are elsewhere; else none
+  DepthSocket* camera = nullptr;  ///< where the devices are elsewhere; else none
 };
 
 /// The robot program on three threads and the machine's clock; the emulated devices, camera and

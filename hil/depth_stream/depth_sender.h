@@ -10,8 +10,9 @@
 
 namespace pipewright::hil {
 
-/// A camera's end of a depth stream: a Unix socket that any number of readers connect to. A reader
-/// that does not take a frame within 1 s is sent away; the others are not made to wait again.
+/// A camera's end of a depth stream: a Unix socket that any number of readers connect to, whose end
+/// is platform/linux/depth_socket.h. A reader that does not take a frame within 1 s is sent away;
+/// the others are not made to wait again.
 ///
 ///   DepthSender sender;
 ///   if (std::string error = sender.Open("/tmp/depth"); !error.empty()) ...
