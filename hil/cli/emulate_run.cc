@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "hil/cli/bus_load.h"
+#include "hil/cli/camera_thread.h"
 #include "hil/emulator/emulator.h"
 #include "platform/core/latest.h"
 #include "platform/linux/clock.h"
@@ -22,20 +23,12 @@ using std::chrono_literals::operator""ms;
 using std::chrono_literals::operator""s;
 using Json = nlohmann::ordered_json;
 
-constexpr int kPriority = 70;          ///< below a robot program's control thread
-constexpr Duration kStall = 100ms;     ///< of lateness that is not made up for
-constexpr Duration kViewPeriod = 5ms;  ///< how exactly a frame is of its instant
+constexpr int kPriority = 70;       ///< below a robot program's control thread
+constexpr Duration kStall = 100ms;  ///< of lateness that is not made up for
 constexpr Duration kTruthPeriod = 20ms;
 constexpr Duration kTellPeriod = 100ms;
 constexpr Time kBooted{200ms};  ///< every device is, by then
-constexpr Duration kCameraPoll = 2ms;
 constexpr Duration kWaitPeriod = 50ms;
-
-/// What the camera sees, and when that was on the clock of Now().
-struct StampedView {
-  Emulator::View view;
-  Time at{};
-};
 
 class Emulation {
  public:
@@ -44,10 +37,12 @@ class Emulation {
       : scenario_(scenario),
         options_(options),
         wires_(wires),
-        sender_(camera),
         hooks_(hooks),
-        emulator_(scenario, HomeJoints(TracerUf7()), options.seed, PortsOf(wires), options.tracer) {
-  }
+        emulator_(scenario, HomeJoints(TracerUf7()), options.seed, PortsOf(wires), options.tracer),
+        camera_(
+            emulator_, [&camera] { return camera.HasReaders(); },
+            [&camera](const DepthFrame& frame) { camera.Send(frame); }),
+        sender_(camera) {}
 
   Json Run();
 
@@ -65,8 +60,6 @@ class Emulation {
   void DeviceLoop();
   void Tick();
   void Tell();
-  // the camera's
-  void CameraLoop();
   // this one's
   std::string Wait();
   Json Figures(const std::string& stop_reason);
@@ -77,24 +70,21 @@ class Emulation {
   const Scenario& scenario_;
   const EmulationOptions& options_;
   std::deque<WirePort>& wires_;
-  DepthSender& sender_;
   const EmulationHooks& hooks_;
   Emulator emulator_;
+  CameraThread camera_;
+  const DepthSender& sender_;  ///< the camera thread's, until that has ended
   std::atomic<bool> quit_ = false;
   std::atomic<bool> started_ = false;
   std::atomic<bool> gone_ = false;
-  Latest<StampedView> views_;           // devices -> camera
   Latest<EmulationProgress> progress_;  // devices -> this thread
   RealtimeGrant grant_;
   Time epoch_{};
   Time now_{};
-  Time next_view_{};
   Time next_truth_{};
   Time next_told_ = kBooted;
   Duration late_max_{};
   int stalls_ = 0;
-  std::uint64_t frames_sent_ = 0;
-  std::uint64_t frames_skipped_ = 0;
 };
 
 void Emulation::DeviceLoop() {
@@ -123,13 +113,7 @@ void Emulation::DeviceLoop() {
 
 void Emulation::Tick() {
   emulator_.Step(now_);
-  if (now_ >= next_view_) {
-    next_view_ += kViewPeriod;
-    StampedView& view = views_.Back();
-    emulator_.Look(now_, view.view);
-    view.at = Now();
-    views_.Publish();
-  }
+  camera_.Look(now_, Now());
   if (now_ >= next_truth_) {
     next_truth_ += kTruthPeriod;
     emulator_.Measure(now_);
@@ -157,25 +141,6 @@ void Emulation::Tell() {
   gone_ = std::any_of(wires_.begin(), wires_.end(), [](const WirePort& w) { return w.gone(); });
 }
 
-void Emulation::CameraLoop() {
-  const auto frame = std::make_unique<DepthFrame>();
-  bool watched = false;
-  while (!quit_) {
-    const StampedView& seen = views_.Read();
-    if (seen.view.X_WL.empty() || !emulator_.FrameDue(seen.view) || !sender_.HasReaders()) {
-      watched = watched && sender_.HasReaders();
-      SleepUntil(Now() + kCameraPoll);
-      continue;
-    }
-    const int skipped = emulator_.Render(seen.view, *frame);
-    frames_skipped_ += watched ? static_cast<std::uint64_t>(skipped) : 0;
-    watched = true;
-    frame->stamp = seen.at;
-    sender_.Send(*frame);
-    ++frames_sent_;
-  }
-}
-
 std::string Emulation::Wait() {
   Time next_progress{};
   while (!gone_) {
@@ -197,9 +162,8 @@ std::string Emulation::Wait() {
 
 Json Emulation::Run() {
   std::thread devices([this] { DeviceLoop(); });
-  std::thread camera;
   if (!options_.camera.empty()) {
-    camera = std::thread([this] { CameraLoop(); });
+    camera_.Start();
   }
   while (!started_) {
     SleepUntil(Now() + kWaitPeriod);
@@ -210,9 +174,7 @@ Json Emulation::Run() {
   const std::string stop_reason = Wait();
   quit_ = true;
   devices.join();
-  if (camera.joinable()) {
-    camera.join();
-  }
+  camera_.Stop();
   return Figures(stop_reason);
 }
 
@@ -284,8 +246,8 @@ Json Emulation::Figures(const std::string& stop_reason) {
   run["base"] = Base();
   run["arm"] = Arm();
   run["camera"] = {{"socket", options_.camera},
-                   {"frames", frames_sent_},
-                   {"skipped", frames_skipped_},
+                   {"frames", camera_.frames()},
+                   {"skipped", camera_.skipped()},
                    {"readers", sender_.readers_seen()},
                    {"readers_lost", sender_.readers_lost()}};
   run["truth"] = {{"contacts", truth.contacts()},

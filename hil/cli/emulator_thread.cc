@@ -17,20 +17,28 @@ constexpr Duration kSamplePeriod = std::chrono::milliseconds(100);  ///< of the 
 EmulatorThread::EmulatorThread(const Scenario& scenario, const InspectionOptions& options,
                                const std::vector<Port*>& ports, RunFolder& folder,
                                const RunLimits& limits)
-    : with_devices_(!ports.empty()),
-      emulator_(scenario, HomeJoints(TracerUf7()), options.seed,
-                with_devices_ ? ports : std::vector<Port*>{&nowhere_}),
-      folder_(folder),
-      recorder_(limits) {}
+    : folder_(folder), recorder_(limits) {
+  if (!ports.empty()) {
+    emulator_.emplace(scenario, HomeJoints(TracerUf7()), options.seed, ports);
+    camera_.emplace(
+        *emulator_, [] { return true; }, [this](const DepthFrame& frame) { Take(frame); });
+  }
+}
 
 void EmulatorThread::Start(Time epoch, Latest<DepthFrame>& frames) {
   epoch_ = epoch;
   frames_ = &frames;
   thread_ = std::thread([this] { Run(); });
+  if (camera_) {
+    camera_->Start();
+  }
 }
 
 void EmulatorThread::Stop() {
   quit_ = true;
+  if (camera_) {
+    camera_->Stop();
+  }
   if (thread_.joinable()) {
     thread_.join();
   }
@@ -56,19 +64,20 @@ void EmulatorThread::Run() {
 }
 
 void EmulatorThread::Tick(Time now) {
-  if (with_devices_) {
-    emulator_.Step(now);
-    if (emulator_.FrameDue(now)) {
-      emulator_.Render(frames_->Back());
-      folder_.Depth(frames_->Back(), now);
-      frames_->Publish();
-    }
+  if (emulator_) {
+    emulator_->Step(now);
+    camera_->Look(now, now);
   }
   Record(now);
   if (now >= next_sample_) {
     next_sample_ += kSamplePeriod;
     Sample(now);
   }
+}
+
+void EmulatorThread::Take(const DepthFrame& frame) {
+  folder_.Depth(frame, Time{Now() - epoch_});
+  frames_->Write(frame);
 }
 
 void EmulatorThread::Record(Time now) {
@@ -78,12 +87,12 @@ void EmulatorThread::Record(Time now) {
     figures_.Add(report);
     figures_.heap_allocations += cycle->allocations;
     figures_.cycle_us.push_back(static_cast<float>(cycle_us));
-    const Clearance& clearance = emulator_.Measure(now);
-    if (with_devices_) {
-      watch_.Add(report, emulator_, figures_);
+    const Clearance* clearance = emulator_ ? &emulator_->Measure(now) : nullptr;
+    if (emulator_) {
+      watch_.Add(report, *emulator_, figures_);
     }
     recorder_.Cycle(ToSeconds(report.now), CycleSampleOf(report, clearance, cycle_us));
-    folder_.Trace(report, emulator_.plant(), clearance, map_.Read().counts);
+    folder_.Trace(report, emulator_ ? &emulator_->plant() : nullptr, clearance, map_.Read().counts);
     cycles_.Pop();
   }
 }
@@ -91,7 +100,6 @@ void EmulatorThread::Record(Time now) {
 void EmulatorThread::Sample(Time now) {
   const MapNow& map = map_.Read();
   MapSample sample;
-  sample.coverage_ratio = emulator_.truth().coverage().ratio;
   sample.free = map.counts.free;
   sample.occupied = map.counts.occupied;
   sample.unknown = map.counts.unknown;
@@ -100,9 +108,13 @@ void EmulatorThread::Sample(Time now) {
   sample.coverage_entropy = map.coverage_entropy;
   sample.base_bus_load = base_load_.load(std::memory_order_relaxed);
   sample.arm_bus_load = arm_load_.load(std::memory_order_relaxed);
-  sample.p_WP = emulator_.plant().p_WP();
+  if (emulator_) {
+    const double coverage_ratio = emulator_->truth().coverage().ratio;
+    sample.coverage_ratio = coverage_ratio;
+    sample.p_WP = emulator_->plant().p_WP();
+    truth_.Write(TruthNow{coverage_ratio, emulator_->truth().contacts()});
+  }
   recorder_.Map(ToSeconds(now), sample);
-  truth_.Write({emulator_.truth().coverage(), emulator_.truth().contacts()});
 }
 
 }  // namespace pipewright::hil

@@ -7,9 +7,11 @@
 #include <thread>
 #include <vector>
 
+#include "hil/cli/camera_thread.h"
 #include "hil/cli/run_figures.h"
 #include "hil/cli/run_folder.h"
 #include "hil/cli/truth_watch.h"
+#include "hil/cli/virtual_run.h"
 #include "hil/emulator/emulator.h"
 #include "hil/report/run_recorder.h"
 #include "platform/core/handover.h"
@@ -31,14 +33,9 @@ struct MapNow {
   double coverage_entropy = kNoReading;
 };
 
-/// What only the emulator knows, for a person who waits.
-struct TruthNow {
-  Truth::Coverage coverage;
-  int contacts = 0;
-};
-
-/// The emulated devices, bodies and camera in real time, in steps of 1 ms; a step that is late is
-/// made up for. Beside them, whatever needs the truth: trace.csv, figures, the page's samples.
+/// The emulated devices and bodies in real time, in steps of 1 ms; a step that is late is made up
+/// for. On a thread of its own, the emulated camera. Beside the devices, what a cycle leaves and
+/// whatever needs the truth: trace.csv, figures, the page's samples.
 ///
 ///   EmulatorThread emulation(scenario, options, ports, folder, limits);
 ///   emulation.Start(epoch, threads.frames());
@@ -48,7 +45,7 @@ struct TruthNow {
 ///   emulation.Stop();                           // then figures(), emulator(), recorder()
 class EmulatorThread {
  public:
-  /// @param ports  the devices'; empty: nothing is emulated, nothing moves, no camera sees
+  /// @param ports  the devices'; empty: they are elsewhere, and so is the truth
   EmulatorThread(const Scenario& scenario, const InspectionOptions& options,
                  const std::vector<Port*>& ports, RunFolder& folder, const RunLimits& limits);
   ~EmulatorThread() { Stop(); }
@@ -60,38 +57,32 @@ class EmulatorThread {
 
   Handover<CycleRecord, 512>& cycles() { return cycles_; }
   Latest<MapNow>& map() { return map_; }
-  Latest<TruthNow>& truth() { return truth_; }
+  Latest<std::optional<TruthNow>>& truth() { return truth_; }
   /// Any thread: loads of the buses, 0 to 1.
   void SetLoads(double base, double arm);
 
-  bool with_devices() const { return with_devices_; }
-
   // After Stop().
   RunFigures& figures() { return figures_; }
-  const Emulator& emulator() const { return emulator_; }
+  /// Null: the devices are elsewhere.
+  const Emulator* emulator() const { return emulator_ ? &*emulator_ : nullptr; }
   const RunRecorder& recorder() const { return recorder_; }
   Duration late_max() const { return late_max_; }
 
  private:
-  struct NoPort final : Port {
-    Status Send(const can::Frame&) override { return Status::kUnavailable; }
-    bool Receive(can::Frame&) override { return false; }
-  };
-
   void Run();
   void Tick(Time now);
   void Record(Time now);
   void Sample(Time now);
+  void Take(const DepthFrame& frame);
 
-  const bool with_devices_;
-  NoPort nowhere_;
-  Emulator emulator_;
+  std::optional<Emulator> emulator_;
+  std::optional<CameraThread> camera_;
   RunFolder& folder_;
   Time epoch_{};
   Latest<DepthFrame>* frames_ = nullptr;
   Handover<CycleRecord, 512> cycles_;
   Latest<MapNow> map_;
-  Latest<TruthNow> truth_;
+  Latest<std::optional<TruthNow>> truth_;
   std::atomic<double> base_load_ = kNoReading;
   std::atomic<double> arm_load_ = kNoReading;
   std::atomic<bool> quit_ = false;

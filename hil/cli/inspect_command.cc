@@ -47,10 +47,12 @@ nlohmann::ordered_json Head(const Scenario& scenario, const InspectionOptions& o
 }
 
 void ShowProgress(const RunProgress& p, bool terminal) {
-  const std::string line = fmt::format(
-      "{:6.0f} s  {:<11}  seen {:5.1f} %  covered {:5.1f} %  contacts {}", ToSeconds(p.now),
-      Name(p.state), 100.0 * (p.counts.free + p.counts.occupied) / std::max(1, p.counts.total),
-      100 * p.coverage.ratio, p.contacts);
+  const std::string truth = p.truth ? fmt::format("  covered {:5.1f} %  contacts {}",
+                                                  100 * p.truth->coverage_ratio, p.truth->contacts)
+                                    : "";
+  const std::string line =
+      fmt::format("{:6.0f} s  {:<11}  seen {:5.1f} %{}", ToSeconds(p.now), Name(p.state),
+                  100.0 * (p.counts.free + p.counts.occupied) / std::max(1, p.counts.total), truth);
   if (terminal) {
     fmt::print(stderr, "\r\033[K{}", line);
     std::fflush(stderr);
@@ -199,7 +201,7 @@ void AddInspect(CLI::App& app, int* exit_code) {
           ->add_flag(
               "--no-devices", options->no_devices,
               "the devices are elsewhere on the interface (pipewright emulate): emulate none.\n"
-              "Contacts and coverage are then known there alone")
+              "Contacts and coverage are then known there alone, and null in run.json")
           ->excludes(faults);  // only what is emulated can be made to fail
   command
       ->add_option("--camera", options->camera,
@@ -217,8 +219,8 @@ void AddInspect(CLI::App& app, int* exit_code) {
                     "print run.json's object, and nothing else, on stdout");
   command->callback([options, exit_code] { *exit_code = Inspect(*options); });
   command->footer(
-      "Exit code: 0 the mission is complete and nothing was touched; 1 it ended otherwise;\n"
-      "2 the input is bad.\n"
+      "Exit code: 0 the mission is complete and, as far as is known here, nothing was touched;\n"
+      "1 it ended otherwise; 2 the input is bad.\n"
       "Example: pipewright inspect --scenario pipes2 --seed 7 --out /tmp/run");
 }
 

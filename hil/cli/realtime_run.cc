@@ -214,8 +214,7 @@ void RealtimeRun::ShowProgress(Time now) {
     return;
   }
   next_progress_ = now + Duration{1s};
-  const TruthNow& truth = emulation_.truth().Read();
-  hooks_.progress({now, state_, counts_.Read(), truth.coverage, truth.contacts});
+  hooks_.progress({now, state_, counts_.Read(), emulation_.truth().Read()});
 }
 
 void RealtimeRun::Supervise() {
@@ -258,7 +257,7 @@ nlohmann::ordered_json RealtimeRun::Figures(Time end, Status started) {
   const RealtimeGrant& grant = threads_->grant();
   const CycleStats cycles = threads_->cycles();
   run["realtime"] = {
-      {"devices", emulation_.with_devices() ? "emulated" : "elsewhere"},
+      {"devices", emulation_.emulator() != nullptr ? "emulated" : "elsewhere"},
       {"camera_frames", camera_ != nullptr ? nlohmann::ordered_json(camera_frames_.load())
                                            : nlohmann::ordered_json(nullptr)},
       {"fifo", options_.ask_fifo ? granted(grant.scheduler_error) : "not asked for"},
@@ -303,8 +302,9 @@ nlohmann::ordered_json RealtimeRun::Run() {
   program_->TakeResidual();
   folder_.Map(program_->mapping().map());
   nlohmann::ordered_json run = Figures(end, started);
+  const Emulator* emulator = emulation_.emulator();
   folder_.Text("report.html", ReportPage(run, plan_, emulation_.recorder(), scenario_,
-                                         emulation_.emulator().truth()));
+                                         emulator != nullptr ? &emulator->truth() : nullptr));
   return run;
 }
 

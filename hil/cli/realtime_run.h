@@ -30,11 +30,12 @@ struct RealtimePorts {
 };
 
 /// The robot program on three threads and the machine's clock; the emulated devices, camera and
-/// truth on a fourth, in steps of 1 ms; this thread writes can.log and plan.jsonl. The folder's
+/// truth on two more, in steps of 1 ms; this thread writes can.log and plan.jsonl. The folder's
 /// files are those of a virtual run, and run.json has "realtime" besides.
 ///
-/// Without devices there is no plant here: true_* of trace.csv stay at the scenario's start, and
-/// depth frames come from ports.camera, or else the mission ends with a device fault.
+/// Without devices there is no plant here: what only the truth can tell is null in run.json and nan
+/// in trace.csv, and depth frames come from ports.camera, or else the mission ends with a device
+/// fault.
 /// @returns run.json's object
 nlohmann::ordered_json RunRealtime(const RealtimePorts& ports, const Scenario& scenario,
                                    const InspectionOptions& options, RunFolder& folder,

@@ -17,11 +17,13 @@ RunLimits LimitsOf(const RobotProgramConfig& config) {
   return limits;
 }
 
-CycleSample CycleSampleOf(const ControlReport& report, const Clearance& truth, double cycle_us) {
+CycleSample CycleSampleOf(const ControlReport& report, const Clearance* truth, double cycle_us) {
   CycleSample sample;
-  sample.true_plane_m = truth.plane.distance_m;
-  sample.true_pipe_m = truth.pipe.distance_m;
-  sample.true_self_m = truth.self.distance_m;
+  if (truth != nullptr) {
+    sample.true_plane_m = truth->plane.distance_m;
+    sample.true_pipe_m = truth->pipe.distance_m;
+    sample.true_self_m = truth->self.distance_m;
+  }
   const Clearances& seen = report.stats.clearance;
   sample.seen_plane_m = seen.plane_m;
   sample.seen_pipe_m = seen.pipe_m;
@@ -57,7 +59,7 @@ MapSample MapSampleOf(const VoxelGrid& map, const Emulator& emulator, double bas
 }
 
 std::string ReportPage(const nlohmann::ordered_json& run, const nlohmann::ordered_json& plan,
-                       const RunRecorder& recorder, const Scenario& scenario, const Truth& truth) {
+                       const RunRecorder& recorder, const Scenario& scenario, const Truth* truth) {
   ReportInput input;
   input.run = run;
   input.plan = plan;

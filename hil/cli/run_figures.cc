@@ -41,9 +41,20 @@ Json Missed(const Truth& truth) {
   return missed;
 }
 
-/// Contacts, clearances and coverage of a run whose devices are not emulated here mean nothing.
-bool TruthIsElsewhere(const Json& run) {
-  return run.contains("realtime") && run["realtime"]["devices"] == "elsewhere";
+Json CoverageJson(const Truth& truth, double covered_95_s) {
+  const Truth::Coverage coverage = truth.coverage();
+  return {{"truth_surface", coverage.surface},
+          {"truth_coverable", coverage.coverable},
+          {"truth_covered", coverage.covered},
+          {"ratio", coverage.ratio},
+          {"time_to_95_percent_s", covered_95_s < 0 ? Json(nullptr) : Json(covered_95_s)},
+          {"missed_voxels", Missed(truth)}};
+}
+
+Json ClearanceJson(const Truth& truth) {
+  return {{"plane", Finite(truth.min_plane_m())},
+          {"pipe", Finite(truth.min_pipe_m())},
+          {"self", Finite(truth.min_self_m())}};
 }
 
 std::string Metres(const Json& value) {
@@ -80,13 +91,18 @@ Json FaultsJson(const InspectionOptions& options) {
 }
 
 Json RunJson(const InspectionOptions& options, const Scenario& scenario,
-             const RobotProgram& program, const Emulator& emulator, const RunFigures& figures,
+             const RobotProgram& program, const Emulator* emulator, const RunFigures& figures,
              const CanFigures& can, Time end, const std::string& stop_detail) {
   const MissionOutput& mission = program.planning().output();
   const VoxelGrid& map = program.mapping().map();
   const MapCounts& counts = map.counts();
-  const Truth& truth = emulator.truth();
-  const Truth::Coverage coverage = truth.coverage();
+  /// A figure of the truth, which only the emulator has.
+  const auto known = [emulator](const auto& figure) {
+    return emulator != nullptr ? Json(figure(*emulator)) : Json(nullptr);
+  };
+  const auto measured = [emulator](double figure) {
+    return emulator != nullptr ? Json(figure) : Json(nullptr);
+  };
   Json run;
   run["scenario"] = scenario.name;
   run["faults"] = FaultsJson(options);
@@ -102,21 +118,14 @@ Json RunJson(const InspectionOptions& options, const Scenario& scenario,
   run["voxels"] = {{"total", counts.total},       {"free", counts.free},
                    {"occupied", counts.occupied}, {"unknown", counts.unknown},
                    {"residual", counts.residual}, {"covered", counts.covered}};
-  run["coverage"] = {{"truth_surface", coverage.surface},
-                     {"truth_coverable", coverage.coverable},
-                     {"truth_covered", coverage.covered},
-                     {"ratio", coverage.ratio},
-                     {"time_to_95_percent_s",
-                      figures.covered_95_s < 0 ? Json(nullptr) : Json(figures.covered_95_s)},
-                     {"missed_voxels", Missed(truth)}};
+  run["coverage"] =
+      known([&](const Emulator& e) { return CoverageJson(e.truth(), figures.covered_95_s); });
   run["entropy"] = {{"visual", map.visual_entropy()},
                     {"coverage", map.coverage_entropy()},
                     {"combined", map.combined_entropy()}};
-  run["contacts"] = truth.contacts();
-  run["touched"] = truth.touched();
-  run["min_clearance_m"] = {{"plane", Finite(truth.min_plane_m())},
-                            {"pipe", Finite(truth.min_pipe_m())},
-                            {"self", Finite(truth.min_self_m())}};
+  run["contacts"] = known([](const Emulator& e) { return e.truth().contacts(); });
+  run["touched"] = known([](const Emulator& e) { return e.truth().touched(); });
+  run["min_clearance_m"] = known([](const Emulator& e) { return ClearanceJson(e.truth()); });
   run["svfi"] = {{"mode", Name(options.svfi)},
                  {"alpha", options.alpha},
                  {"joint_risk", options.joint_risk},
@@ -125,28 +134,30 @@ Json RunJson(const InspectionOptions& options, const Scenario& scenario,
                  {"ratio", Share(figures.svfi_held, figures.svfi_checked)},
                  {"fallbacks", figures.svfi_fallbacks},
                  {"out_of_reach", figures.svfi_out_of_reach}};
-  run["control"] = {{"rate_hz", options.rate_hz},
-                    {"cycles", figures.cycles},
-                    {"heap_allocations", figures.heap_allocations},
-                    {"rows_max", figures.rows_max},
-                    {"qp_iterations_max", figures.qp_iterations_max},
-                    {"qp_cap_hits", figures.qp_cap_hits},
-                    {"qp_us", Spread(figures.qp_us)},
-                    {"cycle_us", Spread(figures.cycle_us)},
-                    {"lateral_speed_max_mps", emulator.lateral_speed_max_mps()},
-                    {"joint_limit_excess_rad", figures.joint_limit_excess_rad},
-                    {"joint_hard_stops", emulator.plant().hard_stops()}};
+  run["control"] = {
+      {"rate_hz", options.rate_hz},
+      {"cycles", figures.cycles},
+      {"heap_allocations", figures.heap_allocations},
+      {"rows_max", figures.rows_max},
+      {"qp_iterations_max", figures.qp_iterations_max},
+      {"qp_cap_hits", figures.qp_cap_hits},
+      {"qp_us", Spread(figures.qp_us)},
+      {"cycle_us", Spread(figures.cycle_us)},
+      {"lateral_speed_max_mps", known([](const Emulator& e) { return e.lateral_speed_max_mps(); })},
+      {"joint_limit_excess_rad", measured(figures.joint_limit_excess_rad)},
+      {"joint_hard_stops", known([](const Emulator& e) { return e.plant().hard_stops(); })}};
   run["plan"] = {{"steps", mission.plan_steps},
                  {"stalls", mission.stalls},
                  {"step_ms", Spread(figures.step_ms)}};
-  run["path"] = {{"base_m", emulator.base_travel_m()}, {"joint_rad", emulator.joint_travel_rad()}};
+  run["path"] = {{"base_m", known([](const Emulator& e) { return e.base_travel_m(); })},
+                 {"joint_rad", known([](const Emulator& e) { return e.joint_travel_rad(); })}};
   const PoseReport& pose = program.control().report().pose;
-  run["localization"] = {{"error_max_m", figures.pose_max.m},
-                         {"error_max_deg", Degrees(figures.pose_max.rad)},
-                         {"error_final_m", figures.pose_final.m},
-                         {"error_final_deg", Degrees(figures.pose_final.rad)},
-                         {"wheels_error_max_m", figures.wheels_max.m},
-                         {"wheels_error_max_deg", Degrees(figures.wheels_max.rad)},
+  run["localization"] = {{"error_max_m", measured(figures.pose_max.m)},
+                         {"error_max_deg", measured(Degrees(figures.pose_max.rad))},
+                         {"error_final_m", measured(figures.pose_final.m)},
+                         {"error_final_deg", measured(Degrees(figures.pose_final.rad))},
+                         {"wheels_error_max_m", measured(figures.wheels_max.m)},
+                         {"wheels_error_max_deg", measured(Degrees(figures.wheels_max.rad))},
                          {"slip", pose.slip},
                          {"yaw_scale_slow", pose.yaw_scale_slow},
                          {"yaw_scale_fast", pose.yaw_scale_fast},
@@ -210,7 +221,7 @@ std::string RunTable(const Json& run, const std::string& folder) {
   const std::string detail = run["stop_detail"];
   row("result", fmt::format("{}{}", run["stop_reason"].get<std::string>(),
                             detail.empty() ? "" : ": " + detail));
-  if (TruthIsElsewhere(run)) {
+  if (run["contacts"].is_null()) {
     row("truth", "known where the devices are");
   } else {
     row("coverage",
@@ -238,8 +249,8 @@ std::string RunTable(const Json& run, const std::string& folder) {
 }
 
 bool Passed(const Json& run) {
-  return run["stop_reason"] == "complete" && run["contacts"] == 0 &&
-         run["control"]["heap_allocations"] == 0;
+  const bool touched = run["contacts"] != nullptr && run["contacts"] != 0;
+  return run["stop_reason"] == "complete" && !touched && run["control"]["heap_allocations"] == 0;
 }
 
 }  // namespace pipewright::hil

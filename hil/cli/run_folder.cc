@@ -5,6 +5,7 @@
 
 #include <array>
 #include <iterator>
+#include <limits>
 #include <system_error>
 
 #include "hil/replay/depth_recording.h"
@@ -22,6 +23,8 @@ constexpr std::string_view kTraceHead =
     "true_x_m,true_y_m,true_phi_rad,clear_plane_m,clear_pipe_m,clear_self_m,contacts,est_plane_m,"
     "est_pipe_m,est_self_m,est_obstacle_m,rows,chance_rows,qp_iterations,free,occupied,unknown,"
     "covered\n";
+
+constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 
 void Append(fmt::memory_buffer& line, double value) {
   fmt::format_to(std::back_inserter(line), ",{:.6f}", value);
@@ -60,7 +63,7 @@ std::string RunFolder::Open(const fs::path& folder, const nlohmann::ordered_json
   return failed_;
 }
 
-void RunFolder::Trace(const ControlReport& report, const Plant& plant, const Clearance& truth,
+void RunFolder::Trace(const ControlReport& report, const Plant* plant, const Clearance* truth,
                       const MapCounts& counts) {
   fmt::memory_buffer line;
   fmt::format_to(std::back_inserter(line), "{:.3f},{},{},{}", ToSeconds(report.now),
@@ -73,11 +76,19 @@ void RunFolder::Trace(const ControlReport& report, const Plant& plant, const Cle
   for (const double u : report.sent) {
     Append(line, u);
   }
-  for (const double x : {plant.base().x_m, plant.base().y_m, plant.base().yaw_rad,
-                         truth.plane.distance_m, truth.pipe.distance_m, truth.self.distance_m}) {
+  const BasePose base = plant != nullptr ? plant->base() : BasePose{kUnknown, kUnknown, kUnknown};
+  for (const double x : {base.x_m, base.y_m, base.yaw_rad}) {
     Append(line, x);
   }
-  fmt::format_to(std::back_inserter(line), ",{}", truth.contacts);
+  if (truth != nullptr) {
+    for (const double x :
+         {truth->plane.distance_m, truth->pipe.distance_m, truth->self.distance_m}) {
+      Append(line, x);
+    }
+    fmt::format_to(std::back_inserter(line), ",{}", truth->contacts);
+  } else {
+    fmt::format_to(std::back_inserter(line), ",nan,nan,nan,nan");
+  }
   for (const double x : {report.stats.clearance.plane_m, report.stats.clearance.pipe_m,
                          report.stats.clearance.self_m, report.stats.clearance.obstacle_m}) {
     Append(line, x);

@@ -19,7 +19,7 @@ namespace pipewright::hil {
 /// it happens, so that a run that breaks off leaves all that it saw.
 ///
 ///   run.json     every figure; "stop_reason": "running" until the end
-///   trace.csv    one line a control cycle
+///   trace.csv    one line a control cycle; nan: not known here
 ///   can.log      every frame of every bus, as candump -L writes it
 ///   depth.z16.zst    the depth frames, if that is asked for: see hil/replay/depth_recording.h
 ///   plan.jsonl   one object a planning step
@@ -32,7 +32,8 @@ class RunFolder {
   std::string Open(const std::filesystem::path& folder, const nlohmann::ordered_json& head,
                    bool record_depth = false);
 
-  void Trace(const ControlReport& report, const Plant& plant, const Clearance& truth,
+  /// @param plant, truth  null: not known here
+  void Trace(const ControlReport& report, const Plant* plant, const Clearance* truth,
              const MapCounts& counts);
   void Can(const can::Frame& frame, std::string_view interface);
   /// A frame that the robot program gets at `given`; nothing if depth is not recorded.

@@ -209,8 +209,8 @@ void VirtualRun::OnControl(const ControlReport& report, std::chrono::nanoseconds
   figures_.Add(report);
   const Clearance& clearance = emulator_.Measure(report.now);
   watch_.Add(report, emulator_, figures_);
-  recorder_.Cycle(ToSeconds(report.now), CycleSampleOf(report, clearance, cycle_us));
-  folder_.Trace(report, emulator_.plant(), clearance, program_->mapping().map().counts());
+  recorder_.Cycle(ToSeconds(report.now), CycleSampleOf(report, &clearance, cycle_us));
+  folder_.Trace(report, &emulator_.plant(), &clearance, program_->mapping().map().counts());
 }
 
 void VirtualRun::OnPlan(Time now, const PlanningTask& planning, std::chrono::nanoseconds took) {
@@ -232,7 +232,8 @@ void VirtualRun::Tick() {
     if (hooks_.progress) {
       const Truth& truth = emulator_.truth();
       hooks_.progress({now_, program_->planning().output().state,
-                       program_->mapping().map().counts(), truth.coverage(), truth.contacts()});
+                       program_->mapping().map().counts(),
+                       TruthNow{truth.coverage().ratio, truth.contacts()}});
     }
   }
 }
@@ -267,8 +268,8 @@ nlohmann::ordered_json VirtualRun::Run() {
   const std::string detail = StopDetail(program_->planning().output(), program_->control().report(),
                                         program_->camera_lost());
   nlohmann::ordered_json run =
-      RunJson(options_, scenario_, *program_, emulator_, figures_, wires_.Figures(), now_, detail);
-  folder_.Text("report.html", ReportPage(run, plan_, recorder_, scenario_, emulator_.truth()));
+      RunJson(options_, scenario_, *program_, &emulator_, figures_, wires_.Figures(), now_, detail);
+  folder_.Text("report.html", ReportPage(run, plan_, recorder_, scenario_, &emulator_.truth()));
   return run;
 }
 

@@ -2,19 +2,25 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 
 #include "hil/cli/run_figures.h"
 #include "hil/cli/run_folder.h"
 
 namespace pipewright::hil {
 
+/// What only the emulator knows.
+struct TruthNow {
+  double coverage_ratio = 0;
+  int contacts = 0;
+};
+
 /// How a run is going, for a person who waits.
 struct RunProgress {
   Time now{};
   MissionState state = MissionState::kStart;
   MapCounts counts;
-  Truth::Coverage coverage;
-  int contacts = 0;
+  std::optional<TruthNow> truth;  ///< none: the devices are elsewhere
 };
 
 struct RunHooks {

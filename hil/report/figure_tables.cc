@@ -156,7 +156,7 @@ std::string ValueText(const Json& value, const Known& known) {
     return Number((known.unit == "%" ? 100 : 1) * value.get<double>());
   }
   if (value.is_null()) {
-    return "none";
+    return "–";
   }
   if (value.is_string()) {
     return value.get_ref<const std::string&>().empty() ? "–" : value.get<std::string>();

@@ -52,17 +52,23 @@ SurfaceState StateOf(bool covered, bool coverable) {
   return coverable ? SurfaceState::kMissed : SurfaceState::kOutOfReach;
 }
 
-}  // namespace
-
-WorldView ViewOf(const Scenario& scenario, const Truth& truth) {
-  WorldView view;
-  view.min_m = scenario.workspace.min_m;
-  view.max_m = scenario.workspace.max_m;
-  view.voxel_m = kVoxelWidth_m;
+void AddSurface(const Truth& truth, WorldView& view) {
   const std::vector<SurfaceVoxels::Voxel>& voxels = truth.surface().voxels;
   for (std::size_t i = 0; i < voxels.size(); ++i) {
     view.surface.push_back(
         {voxels[i].index, StateOf(truth.covered()[i] != 0, truth.coverable().coverable[i] != 0)});
+  }
+}
+
+}  // namespace
+
+WorldView ViewOf(const Scenario& scenario, const Truth* truth) {
+  WorldView view;
+  view.min_m = scenario.workspace.min_m;
+  view.max_m = scenario.workspace.max_m;
+  view.voxel_m = kVoxelWidth_m;
+  if (truth != nullptr) {
+    AddSurface(*truth, view);
   }
   for (const Solid& solid : scenario.solids) {
     switch (solid.kind) {

@@ -9,6 +9,7 @@ namespace pipewright::hil {
 
 /// The picture's content from a world and what happened in it: the surface with its coverage, the
 /// edges of boxes and cylinders. The hand's path and the goals are left to the caller.
-WorldView ViewOf(const Scenario& scenario, const Truth& truth);
+/// @param truth  null: not known, so no surface is drawn
+WorldView ViewOf(const Scenario& scenario, const Truth* truth);
 
 }  // namespace pipewright::hil

@@ -138,6 +138,7 @@ TEST_F(RealtimeRunTest, ABusWithoutDevicesIsADeviceFault) {
   EXPECT_EQ(run["stop_reason"], "device_fault");
   EXPECT_NE(run["stop_detail"].get<std::string>().find("base"), std::string::npos);
   EXPECT_EQ(run["realtime"]["devices"], "elsewhere");
+  EXPECT_TRUE(run["contacts"].is_null());
   EXPECT_FALSE(Passed(run));
 }
 

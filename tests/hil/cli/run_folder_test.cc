@@ -51,7 +51,7 @@ void Live(RunFolder& folder) {
   report.sent(0) = -0.3;
   Clearance clearance;
   clearance.contacts = 2;
-  folder.Trace(report, plant, clearance, {.free = 5, .covered = 3});
+  folder.Trace(report, &plant, &clearance, {.free = 5, .covered = 3});
   folder.Can({.id = 0x111, .dlc = 2, .data = {0xAB, 0xCD}, .stamp = report.now}, "can0");
   folder.Plan({{"t_s", 1.25}, {"step", 1}});
 }
@@ -149,6 +149,25 @@ TEST(RunFolder, WritesALineOfTraceWithAFieldForEachColumn) {
   EXPECT_EQ(value("contacts"), 2);
   EXPECT_EQ(value("free"), 5);
   EXPECT_EQ(value("covered"), 3);
+}
+
+TEST(RunFolder, WritesNanForATruthThatIsNotKnown) {
+  const fs::path path = TestFolder() / "run";
+  RunFolder folder;
+  ASSERT_EQ(folder.Open(path, kHead), "");
+  folder.Trace({}, nullptr, nullptr, {});
+  ASSERT_EQ(folder.Close(), "");
+  const std::vector<std::string> lines = Lines(path / "trace.csv");
+  ASSERT_EQ(lines.size(), 2U);
+  const std::vector<std::string> names = Fields(lines[0]);
+  const std::vector<std::string> values = Fields(lines[1]);
+  ASSERT_EQ(names.size(), values.size());
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    const std::string& name = names[i];
+    const bool of_truth =
+        name.starts_with("true_") || name.starts_with("clear_") || name == "contacts";
+    EXPECT_EQ(values[i] == "nan", of_truth) << name << " is " << values[i];
+  }
 }
 
 TEST(RunFolder, WritesFramesAsCandumpDoes) {

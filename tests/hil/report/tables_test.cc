@@ -78,7 +78,7 @@ TEST(FigureTables, ShowKeysTheyDoNotKnow) {
                     {"flag", true}};
   EXPECT_EQ(RowOf(run, "new.speed_radps"),
             (std::vector<std::string>{"new.speed_radps", "1.5", "rad/s", ""}));
-  EXPECT_EQ(RowOf(run, "new.deep.er_m").at(1), "none");
+  EXPECT_EQ(RowOf(run, "new.deep.er_m").at(1), "–");
   EXPECT_EQ(RowOf(run, "list").at(1), "<floor>, wall");
   EXPECT_EQ(RowOf(run, "flag").at(1), "true");
 }

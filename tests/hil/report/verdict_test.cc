@@ -69,6 +69,15 @@ TEST(Checks, NothingNearIsClearEnough) {
   EXPECT_EQ(CountOf(Checks(run), Result::kNotMeasured), 0);
 }
 
+TEST(Checks, AClearanceThatNobodyKnowsIsNotMet) {
+  Json run = ExampleRun();
+  for (const char* key : {"coverage", "contacts", "min_clearance_m"}) {
+    run[key] = nullptr;
+  }
+  EXPECT_EQ(CountOf(Checks(run), Result::kMissed), 0);
+  EXPECT_EQ(CountOf(Checks(run), Result::kNotMeasured), 5);
+}
+
 TEST(Checks, AFigureThatIsNotThereIsNotMet) {
   const Json head = {{"scenario", "pipes1"}, {"stop_reason", "running"}};
   const std::vector<Check> checks = Checks(head);

@@ -80,7 +80,7 @@ TEST_F(WorldViewTest, TellsCoveredMissedAndOutOfReachApart) {
   Truth truth(*result.scenario, robot);
   const auto count = [&truth, &result] {
     std::map<SurfaceState, int> states;
-    for (const WorldView::Voxel& v : ViewOf(*result.scenario, truth).surface) {
+    for (const WorldView::Voxel& v : ViewOf(*result.scenario, &truth).surface) {
       ++states[v.state];
     }
     return states;
@@ -101,7 +101,7 @@ TEST_F(WorldViewTest, OutlinesLieOnTheirSolids) {
   ASSERT_TRUE(result.scenario);
   const RobotBodies robot = Cube();
   const Truth truth(*result.scenario, robot);
-  const WorldView view = ViewOf(*result.scenario, truth);
+  const WorldView view = ViewOf(*result.scenario, &truth);
   EXPECT_EQ(view.min_m, Vector3d(0, 0, 0));
   EXPECT_EQ(view.max_m, Vector3d(2, 1, 1));
   ASSERT_EQ(view.outlines.size(), 6u + 6u);
