@@ -21,3 +21,20 @@ function(pipewright_test name)
   target_link_libraries(${name} PRIVATE ${ARG_DEPENDS} GTest::gtest_main pipewright_options)
   add_test(NAME ${name} COMMAND ${name})
 endfunction()
+
+# pipewright_runs(TEST PROGRAM NAME): the test runs the program, whose path it is told as the macro
+# NAME, and the caller as the variable. Where this machine cannot run the program, that is a script
+# which has it emulated.
+function(pipewright_runs test program name)
+  set(path "$<TARGET_FILE:${program}>")
+  if(CMAKE_CROSSCOMPILING_EMULATOR)
+    list(JOIN CMAKE_CROSSCOMPILING_EMULATOR " " emulator)
+    set(script ${CMAKE_CURRENT_BINARY_DIR}/emulated/${program})
+    file(GENERATE OUTPUT ${script} CONTENT "#!/bin/sh\nexec ${emulator} ${path} \"$@\"\n"
+      FILE_PERMISSIONS OWNER_READ OWNER_WRITE OWNER_EXECUTE)
+    set(path ${script})
+  endif()
+  add_dependencies(${test} ${program})
+  target_compile_definitions(${test} PRIVATE ${name}="${path}")
+  set(${name} ${path} PARENT_SCOPE)
+endfunction()
