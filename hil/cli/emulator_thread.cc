@@ -27,6 +27,8 @@ EmulatorThread::EmulatorThread(const Scenario& scenario, const InspectionOptions
 
 void EmulatorThread::Start(Time epoch, Latest<DepthFrame>& frames) {
   epoch_ = epoch;
+  start_ = Now();
+  offset_ = start_ - epoch_;
   frames_ = &frames;
   thread_ = std::thread([this] { Run(); });
   if (camera_) {
@@ -52,13 +54,13 @@ void EmulatorThread::SetLoads(double base, double arm) {
 void EmulatorThread::Run() {
   Time now{};
   while (!quit_) {
-    const Time until{Now() - epoch_};
+    const Time until{Now() - start_};
     late_max_ = std::max(late_max_, until - now);
     while (now + Emulator::kTick <= until && !quit_) {
       now += Emulator::kTick;
       Tick(now);
     }
-    SleepUntil(epoch_ + (now + Emulator::kTick).time_since_epoch());
+    SleepUntil(start_ + (now + Emulator::kTick).time_since_epoch());
   }
   Record(now);
 }
@@ -66,7 +68,7 @@ void EmulatorThread::Run() {
 void EmulatorThread::Tick(Time now) {
   if (emulator_) {
     emulator_->Step(now);
-    camera_->Look(now, now);
+    camera_->Look(now, now + offset_);
   }
   Record(now);
   if (now >= next_sample_) {
@@ -114,7 +116,7 @@ void EmulatorThread::Sample(Time now) {
     sample.p_WP = emulator_->plant().p_WP();
     truth_.Write(TruthNow{coverage_ratio, emulator_->truth().contacts()});
   }
-  recorder_.Map(ToSeconds(now), sample);
+  recorder_.Map(ToSeconds(now + offset_), sample);
 }
 
 }  // namespace pipewright::hil

@@ -38,7 +38,7 @@ struct MapNow {
 /// whatever needs the truth: trace.csv, figures, the page's samples.
 ///
 ///   EmulatorThread emulation(scenario, options, ports, folder, limits);
-///   emulation.Start(epoch, threads.frames());
+///   emulation.Start(epoch, threads.frames());   // when the robot program listens
 ///   emulation.cycles().Push(record);            // control thread
 ///   emulation.map().Write(map);                 // mapping thread
 ///   emulation.truth().Read();                   // one more
@@ -50,7 +50,8 @@ class EmulatorThread {
                  const std::vector<Port*>& ports, RunFolder& folder, const RunLimits& limits);
   ~EmulatorThread() { Stop(); }
 
-  /// Its time is that since `epoch`, on the clock of Now().
+  /// Switches the devices on. What is recorded, and the stamps of frames, count from `epoch` on the
+  /// clock of Now().
   void Start(Time epoch, Latest<DepthFrame>& frames);
   /// Ends it after all that was handed to it has been written.
   void Stop();
@@ -79,6 +80,8 @@ class EmulatorThread {
   std::optional<CameraThread> camera_;
   RunFolder& folder_;
   Time epoch_{};
+  Time start_{};       ///< from which the emulator's own time counts
+  Duration offset_{};  ///< from the emulator's time to that since the epoch
   Latest<DepthFrame>* frames_ = nullptr;
   Handover<CycleRecord, 512> cycles_;
   Latest<MapNow> map_;

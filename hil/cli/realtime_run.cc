@@ -281,10 +281,11 @@ nlohmann::ordered_json RealtimeRun::Run() {
   }
   epoch_ = Now();
   threads_ = std::make_unique<RobotThreads>(*program_, Config(), this);
-  emulation_.Start(epoch_, threads_->frames());
   const Status started = shared_ ? threads_->Start(base_, base_) : threads_->Start(base_, arm_);
   std::thread camera;
   if (started == Status::kOk) {
+    // Not before: locking memory takes its time, and nobody would take the devices' first words.
+    emulation_.Start(epoch_, threads_->frames());
     if (camera_ != nullptr) {
       camera = std::thread([this] { CameraLoop(); });
     }
