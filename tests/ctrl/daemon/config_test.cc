@@ -128,7 +128,7 @@ TEST(DaemonConfig, NamesTheLineAndTheKeyOfWhatIsWrong) {
       {20, "cx = 424.5", "c.toml:20:6: camera.cx: must be within [0, 424]"},
       {21, "cy = 240.5", "c.toml:21:6: camera.cy: must be within [0, 240]"},
       {34, "joints_rad = [0, -0.9, 0, 5.0, 0, -0.4, 0]",
-       "c.toml:30:2: start.joints_rad: joint 4 at 5.000000 is beyond its limits"},
+       "c.toml:30:1: start.joints_rad: joint 4 at 5.000000 is beyond its limits"},
       {16, "width = 849", "c.toml:16:9: camera.width: must be within [16, 848]"},
       {23, "z_max_m = 0.15", "c.toml:23:11: camera.z_max_m: must be greater than z_min_m"},
       {25, "stride = 0", "c.toml:25:10: camera.stride: must be within [1, 16]"},
