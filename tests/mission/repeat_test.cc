@@ -26,8 +26,8 @@ Json WithoutWallClock(const Json& json) {
 TEST(ShortMission, IsTheSameTwiceAndTouchesNothing) {
   const fs::path folder = test::TestFolder();
   const std::string pipes1 = test::ShippedText("pipes1");
-  const MissionRun first = test::RunMission(folder, "first", pipes1, "--seed 3 --time-limit 25");
-  const MissionRun second = test::RunMission(folder, "second", pipes1, "--seed 3 --time-limit 25");
+  const MissionRun first = test::RunMission(folder, "first", pipes1, "--seed 3 --time-limit 40");
+  const MissionRun second = test::RunMission(folder, "second", pipes1, "--seed 3 --time-limit 40");
   for (const MissionRun* mission : {&first, &second}) {
     test::ExpectWholeFolder(*mission);
     ASSERT_TRUE(mission->run.is_object()) << mission->error;

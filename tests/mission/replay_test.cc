@@ -16,7 +16,7 @@ using test::Json;
 using test::ReadFile;
 using test::WriteFile;
 
-constexpr const char* kInspect = "--seed 3 --time-limit 6 --record-depth";
+constexpr const char* kInspect = "--seed 3 --time-limit 10 --record-depth";
 
 struct Replayed {
   int exit_code = -1;
