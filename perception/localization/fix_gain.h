@@ -13,7 +13,7 @@ struct FixNoiseConfig {
   double share = 0.25;
   double sigma_m = 8e-4;  ///< what all points share: the reference's own error, rounding
   double sigma_rad = 1.2e-3;
-  /// How far the directions of fixes are off, one from another: by 0.01 rad, and some hundred in a
+  /// How far the directions of fixes are off, one from another: by 0.01 rad, and some 200 in a
   /// row err together.
   double tilt_rad = 0.15;
   double gate = 25;  ///< chi-square of three degrees of freedom: 1.5e-5 by chance
