@@ -128,7 +128,7 @@ std::string Pack(std::uint64_t key, const CoverableSet& set) {
   const std::array<std::uint64_t, 3> head = {key, static_cast<std::uint64_t>(set.configurations),
                                              set.saturated ? 1U : 0U};
   std::string bytes(reinterpret_cast<const char*>(head.data()), sizeof head);
-  bytes.append(set.coverable.begin(), set.coverable.end());
+  bytes.append(reinterpret_cast<const char*>(set.coverable.data()), set.coverable.size());
   Hash hash;
   hash.Bytes(bytes.data(), bytes.size());
   const std::uint64_t sum = hash.value();

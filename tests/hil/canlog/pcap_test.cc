@@ -47,7 +47,7 @@ TEST(SocketCanPacket, SaysWhatItExpected) {
   } cases[] = {
       {"\0\0\1"s, "at least 8 bytes"},
       {"\0\0\x08\0\0\0\0\0"s, "an id of 11 bits"},
-      {"\0\0\1\x23\x09\4\0\0"s + std::string(9, '\0'), "a length that CAN"},
+      {"\0\0\1\x23\x09\4\0\0\0\0\0\0\0\0\0\0\0"s, "a length that CAN"},
       {"\0\0\1\x23\2\0\0\0\1"s, "as many payload bytes"},
       {"\0\0\1\x23\x80\0\0\0"s, "not CAN XL"},
   };
