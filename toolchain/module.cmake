@@ -1,3 +1,13 @@
+# pipewright_parse_once(TARGET ...): they take the headers of headers.cmake that PIPEWRIGHT_HEADERS
+# names for their room.
+function(pipewright_parse_once)
+  if(TARGET "${PIPEWRIGHT_HEADERS}")
+    foreach(target ${ARGN})
+      target_precompile_headers(${target} REUSE_FROM ${PIPEWRIGHT_HEADERS})
+    endforeach()
+  endif()
+endfunction()
+
 # pipewright_module(NAME SOURCES ... DEPENDS ...): the static library of one folder.
 # A folder of headers alone becomes an interface library.
 function(pipewright_module name)
@@ -7,6 +17,7 @@ function(pipewright_module name)
     target_link_libraries(${name} PUBLIC ${ARG_DEPENDS} PRIVATE pipewright_options)
     target_include_directories(${name} PUBLIC ${PROJECT_SOURCE_DIR})
     target_compile_definitions(${name} PUBLIC EIGEN_DONT_PARALLELIZE)
+    pipewright_parse_once(${name})
   else()
     add_library(${name} INTERFACE)
     target_link_libraries(${name} INTERFACE ${ARG_DEPENDS})
@@ -20,6 +31,8 @@ function(pipewright_test name)
   add_executable(${name} ${ARG_SOURCES})
   target_link_libraries(${name} PRIVATE ${ARG_DEPENDS} GTest::gtest_main pipewright_options)
   add_test(NAME ${name} COMMAND ${name})
+  set(PIPEWRIGHT_HEADERS parsed_test_headers)
+  pipewright_parse_once(${name})
 endfunction()
 
 # pipewright_runs(TEST PROGRAM NAME): the test runs the program, whose path it is told as the macro
