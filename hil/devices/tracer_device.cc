@@ -27,6 +27,9 @@ constexpr auto AnyTwistCommand() {
 constexpr auto kAnyTwistCommand = AnyTwistCommand();
 static_assert(can::WellFormed(kAnyTwistCommand));
 
+constexpr std::uint32_t kVersionRequest = 0x411;
+constexpr std::uint32_t kVersion = 0x4A1;
+
 double Ramp(double from, double to, double step) {
   return from + std::clamp(to - from, -step, step);
 }
@@ -59,6 +62,9 @@ void TracerDevice::OnFrame(const can::Frame& frame, Time now) {
       return OnModeCommand(frame);
     case can::kBaseErrorReset.head.id:
       return OnReset(frame);
+    case kVersionRequest:
+    case kVersion:
+      return OnVersionRequest(frame);
     default:
       return;
   }
@@ -116,6 +122,18 @@ void TracerDevice::OnReset(const can::Frame& frame) {
     return;
   }
   exception_ = motor_lost_[0] || motor_lost_[1];
+}
+
+void TracerDevice::OnVersionRequest(const can::Frame& frame) {
+  if (frame.extended || frame.error) {
+    return;
+  }
+  if (frame.remote || frame.dlc < 1 || frame.data[0] != 1) {
+    ++rejected_;
+    return;
+  }
+  version_asked_ = true;
+  version_said_ = 0;
 }
 
 void TracerDevice::SetRemote(bool on, double v_mps, double omega_radps) {

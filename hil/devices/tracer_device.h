@@ -50,6 +50,9 @@ struct TracerConfig {
 /// Sends 0x211 0x221 0x231 0x241 0x251 0x252 0x311 every 20 ms, 0x261 0x262 every 100 ms, 0x361
 /// every 500 ms. Motor 1 is the left wheel, motor 2 the
 /// right (the manuals do not say); both turn positive when driving forward.
+///
+/// Asked for its version, by 0x411 01 (the manual) or 0x4A1 01 (what the vendor's SDK sends), it
+/// says 80 ASCII bytes in frames 0x4A1, which is when the SDK stops listening.
 class TracerDevice {
  public:
   explicit TracerDevice(const TracerConfig& config);
@@ -81,10 +84,12 @@ class TracerDevice {
   void OnLightCommand(const can::Frame& frame);
   void OnModeCommand(const can::Frame& frame);
   void OnReset(const can::Frame& frame);
+  void OnVersionRequest(const can::Frame& frame);
   void Drive(double dt_s, Time now);
   void Publish(Time now, std::vector<can::Frame>& out);
   void PublishFast(std::vector<can::Frame>& out);
   void PublishSlow(std::vector<can::Frame>& out) const;
+  void PublishVersion(std::vector<can::Frame>& out);
   double LeftWheel_mps() const;
   double RightWheel_mps() const;
   bool Powered() const;
@@ -118,6 +123,8 @@ class TracerDevice {
   std::uint8_t count_state_ = 0;
   std::uint8_t count_light_ = 0;
   std::uint8_t count_remote_ = 0;
+  int version_said_ = 0;        ///< bytes of it
+  bool version_asked_ = false;  ///< and not yet said to its end
   int watchdog_trips_ = 0;
   int rejected_ = 0;
 };

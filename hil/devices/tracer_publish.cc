@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: MIT
 // What the Tracer says of itself, by the rows of its table.
+#include <string_view>
+
 #include "hil/devices/tracer_device.h"
 #include "platform/can/tracer.h"
 
@@ -9,6 +11,10 @@ namespace {
 using can::VehicleState;
 
 constexpr double kPi = 3.14159265358979323846;
+
+constexpr std::string_view kVersionText =
+    "Pipewright's emulated TRACER, protocol V2                                       ";
+static_assert(kVersionText.size() == 80);
 
 /// Not inlined: gcc 12 would see a message without codes beside the codec's branch for codes, and
 /// warn of a read that never happens.
@@ -38,6 +44,9 @@ void TracerDevice::Publish(Time now, std::vector<can::Frame>& out) {
   if (Due(next_slow_, now, can::kBaseMotorSlow.head.period)) {
     PublishSlow(out);
   }
+  if (version_asked_) {  // a frame a step
+    PublishVersion(out);
+  }
   if (Due(next_bms_, now, can::kBaseBattery.head.period)) {
     Append(can::kBaseBattery,
            can::BaseBattery{.charge_percent = config_.charge_percent,
@@ -47,6 +56,16 @@ void TracerDevice::Publish(Time now, std::vector<can::Frame>& out) {
                             .temperature_degC = 25},
            out);
   }
+}
+
+void TracerDevice::PublishVersion(std::vector<can::Frame>& out) {
+  can::Frame& frame = out.emplace_back();
+  frame.id = 0x4A1;
+  frame.dlc = 8;
+  kVersionText.copy(reinterpret_cast<char*>(frame.data.data()), 8,
+                    static_cast<std::size_t>(version_said_));
+  version_said_ += 8;
+  version_asked_ = version_said_ < static_cast<int>(kVersionText.size());
 }
 
 void TracerDevice::PublishFast(std::vector<can::Frame>& out) {

@@ -3,7 +3,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <string>
 
 #include "node_bench.h"
 #include "platform/can/tracer.h"
@@ -264,17 +266,44 @@ TEST(TracerDevice, ModeCodesFollowTheConfiguredManual) {
   EXPECT_EQ(bench.Last(0x211).data[1], 2);
 }
 
+TEST(TracerDevice, TellsItsVersionToTheVendorsClient) {
+  // ugv_sdk's RequestVersion (agilex_base.hpp) waits for 80 bytes, and takes none but what prints.
+  for (const can::Frame& request : {Bytes(0x4A1, {1}), Bytes(0x411, {1, 0, 0, 0, 0, 0, 0, 0})}) {
+    Bench bench;
+    bench.Run(200);
+    EXPECT_EQ(bench.Count(0x4A1), 0);
+    bench.Hear(request);
+    bench.Run(50);
+    EXPECT_EQ(bench.Count(0x4A1), 10);
+    std::string text;
+    for (const can::Frame& frame : bench.said) {
+      if (frame.id == 0x4A1) {
+        text.append(reinterpret_cast<const char*>(frame.data.data()), frame.dlc);
+      }
+    }
+    EXPECT_EQ(text.size(), 80);
+    EXPECT_TRUE(std::all_of(text.begin(), text.end(), [](char c) { return c >= 32 && c <= 126; }));
+    EXPECT_NE(text.find("V2"), std::string::npos);
+    EXPECT_EQ(bench.base.rejected(), 0);
+    bench.Hear(request);
+    bench.Run(50);
+    EXPECT_EQ(bench.Count(0x4A1), 20);
+  }
+}
+
 TEST(TracerDevice, MalformedFramesForItAreCounted) {
   Bench bench;
   bench.Enable();
   can::Frame remote = kSdkForward;
   remote.remote = true;
-  for (const can::Frame& bad :
-       {Bytes(0x111, {1, 2}), Bytes(0x421, {7}), Bytes(0x421, {1, 0}),
-        Bytes(0x121, {9, 0, 0, 0, 0, 0, 0, 0}), Bytes(0x441, {3}), remote}) {
+  for (const can::Frame& bad : {Bytes(0x111, {1, 2}), Bytes(0x421, {7}), Bytes(0x421, {1, 0}),
+                                Bytes(0x121, {9, 0, 0, 0, 0, 0, 0, 0}), Bytes(0x441, {3}),
+                                Bytes(0x411, {}), Bytes(0x4A1, {2}), remote}) {
     bench.Hear(bad);
   }
-  EXPECT_EQ(bench.base.rejected(), 6);
+  bench.Run(20);
+  EXPECT_EQ(bench.base.rejected(), 8);
+  EXPECT_EQ(bench.Count(0x4A1), 0);
   EXPECT_EQ(bench.base.motion().v_mps, 0);
 }
 
