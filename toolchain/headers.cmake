@@ -1,6 +1,6 @@
 # Headers from outside that most files of a room include, parsed once for all of them: file by file
-# they were a quarter of a build. Files still name what they use; the builds for other machines hold
-# the control path to that, for there nothing is parsed beforehand.
+# they were a quarter of a build. Files still name what they use: clang's builds, and those for other
+# machines, hold them to that, for there nothing is parsed beforehand.
 #
 # gcc's alone: clang writes the folder of the build into its own, and a clone elsewhere would find
 # none of its objects in ccache again.

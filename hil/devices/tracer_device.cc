@@ -27,9 +27,6 @@ constexpr auto AnyTwistCommand() {
 constexpr auto kAnyTwistCommand = AnyTwistCommand();
 static_assert(can::WellFormed(kAnyTwistCommand));
 
-constexpr std::uint32_t kVersionRequest = 0x411;
-constexpr std::uint32_t kVersion = 0x4A1;
-
 double Ramp(double from, double to, double step) {
   return from + std::clamp(to - from, -step, step);
 }
@@ -62,8 +59,8 @@ void TracerDevice::OnFrame(const can::Frame& frame, Time now) {
       return OnModeCommand(frame);
     case can::kBaseErrorReset.head.id:
       return OnReset(frame);
-    case kVersionRequest:
-    case kVersion:
+    case kVersionRequestId:
+    case kVersionId:
       return OnVersionRequest(frame);
     default:
       return;

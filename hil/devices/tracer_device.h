@@ -55,6 +55,9 @@ struct TracerConfig {
 /// says 80 ASCII bytes in frames 0x4A1, which is when the SDK stops listening.
 class TracerDevice {
  public:
+  static constexpr std::uint32_t kVersionRequestId = 0x411;
+  static constexpr std::uint32_t kVersionId = 0x4A1;  ///< of the answer, and of the SDK's request
+
   explicit TracerDevice(const TracerConfig& config);
 
   /// Any frame of the bus. Not for us: ignored. For us but malformed: ignored and counted.

@@ -60,7 +60,7 @@ void TracerDevice::Publish(Time now, std::vector<can::Frame>& out) {
 
 void TracerDevice::PublishVersion(std::vector<can::Frame>& out) {
   can::Frame& frame = out.emplace_back();
-  frame.id = 0x4A1;
+  frame.id = kVersionId;
   frame.dlc = 8;
   kVersionText.copy(reinterpret_cast<char*>(frame.data.data()), 8,
                     static_cast<std::size_t>(version_said_));

@@ -13,8 +13,7 @@
 /// The private protocol of UFACTORY's controllers, on TCP port 502.
 ///
 ///   request   | transaction u16 | protocol u16 = 2 | length u16 | register u8 | parameters |
-///   response  | transaction u16 | protocol u16 = 2 | length u16 | register u8 | state u8 | values
-///   |
+///   response  | transaction u16 | protocol u16 = 2 | length u16 | register u8 | state u8, values |
 ///
 /// `length` counts what follows it. Header integers are big-endian, FP32 little-endian.
 /// Source: xArm-Developer/ufactory_docs, communication_protocol/: p05 (frames, state byte),
