@@ -178,6 +178,14 @@ void Cia402Node::LoseConnection(std::uint32_t emcy_code) {
   }
 }
 
+/// A drive that is driven by SDO has no RPDO whose deadline could pass.
+bool Cia402Node::OrdersLate(Time now) const {
+  const Duration limit = receive_.front().pdo.timer();
+  const bool follows = drive_.state() == DriveState::kOperationEnabled && ModeIsCsv() &&
+                       dictionary_.Value(0x60FF, 0) != 0;
+  return follows && ordered_ && limit > Duration::zero() && now - *ordered_ > limit;
+}
+
 void Cia402Node::CheckDeadlines(Time now) {
   bool lost = false;
   const std::chrono::milliseconds host_limit(dictionary_.Value(0x1016, 1) & 0xFFFF);
@@ -192,9 +200,15 @@ void Cia402Node::CheckDeadlines(Time now) {
     const bool late = receive.applied && limit > Duration::zero() && now - *receive.applied > limit;
     if (late && drive_.state() == DriveState::kOperationEnabled) {
       receive.applied.reset();
+      ordered_.reset();
       lost = true;
       LoseConnection(can::emergency::kPdoLost);
     }
+  }
+  if (OrdersLate(now)) {
+    ordered_.reset();  // told once
+    lost = true;
+    LoseConnection(can::emergency::kPdoLost);
   }
   const std::uint32_t behaviour = dictionary_.Value(0x1029, 1);
   if (lost && nmt_ == NmtState::kOperational && behaviour != 1) {

@@ -60,6 +60,7 @@ void Cia402Node::OnFrame(const can::Frame& frame, Time now) {
   if (nmt_ == NmtState::kBootUp || frame.extended || frame.remote || frame.error) {
     return;
   }
+  heard_ = now;
   const auto node = static_cast<std::uint32_t>(config_.node_id);
   if (frame.id == can::kNmt.head.id) {
     const Result<can::Nmt> request = can::Decode(can::kNmt, frame);
@@ -199,6 +200,9 @@ AbortCode Cia402Node::Write(std::uint16_t index, std::uint8_t sub, int bytes, st
 
 void Cia402Node::OnWritten(std::uint16_t index, std::uint8_t sub) {
   const std::uint32_t value = dictionary_.Value(index, sub);
+  if (index == 0x6040 || index == 0x60FF) {
+    ordered_ = heard_;
+  }
   switch (index) {
     case 0x1003:
       for (std::uint8_t i = 1; i <= 4; ++i) {

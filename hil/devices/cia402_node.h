@@ -37,6 +37,10 @@ using can::NmtState;
 /// Communication lost while operation is enabled (host heartbeat, 1016h: EMCY 0x8130; no RPDO1
 /// taken over for 1400h:5 ms: EMCY 0x8250; NMT leaves operational: EMCY 0x8100): option 6007h, by
 /// default the fault reaction. Powered up, every PDO but TPDO2 is disabled until configured.
+///
+/// 1400h:5 (100 ms at power-up) holds for a host without PDOs, too: a joint that follows a target
+/// other than zero, and is given no 6040h or 60FFh by SDO or PDO for so long, has lost its RPDO.
+/// Where the host sets it to 0, only the heartbeat it asked for in 1016h stops a joint it forgot.
 class Cia402Node {
  public:
   explicit Cia402Node(const Cia402Config& config);
@@ -82,6 +86,7 @@ class Cia402Node {
   void SendEmergency(std::uint32_t code);
   void ClearErrors();
   void CheckDeadlines(Time now);
+  bool OrdersLate(Time now) const;
   void SendHeartbeat(Time now);
   void PublishState();
   void Send(TransmitPdo& transmit, Time now);
@@ -109,6 +114,8 @@ class Cia402Node {
   bool stepped_ = false;
   std::optional<Time> next_heartbeat_;
   std::optional<Time> host_seen_;
+  Time heard_{};                 ///< the last frame
+  std::optional<Time> ordered_;  ///< 6040h or 60FFh was written, in whatever way
   bool host_lost_ = false;
   double position_rad_ = 0;
   std::uint32_t internal_fault_ = 0;

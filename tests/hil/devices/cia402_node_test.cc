@@ -173,6 +173,55 @@ TEST(Cia402Node, ALostCommandPduIsAFaultWithEmergency8250) {
   }
 }
 
+/// A node enabled by SDO alone, told to turn at 0.5 rad/s: no RPDO whose deadline could pass.
+void DriveBySdo(NodeBench& bench, std::uint32_t deadline_ms) {
+  bench.Run(60);
+  ASSERT_TRUE(bench.Write(0x1400, 5, 2, deadline_ms));
+  ASSERT_TRUE(bench.Write(0x6060, 0, 1, 9));
+  for (const std::uint32_t word : {0x06U, 0x07U, 0x0FU}) {
+    ASSERT_TRUE(bench.Write(0x6040, 0, 2, word));
+  }
+  ASSERT_TRUE(bench.Write(0x60FF, 0, 4, 500000));
+  bench.Run(60);
+  ASSERT_EQ(bench.node.velocity_radps(), 0.5);
+}
+
+TEST(Cia402Node, AJointDrivenBySdoAndForgottenIsStoppedAsOneWithoutItsPdu) {
+  NodeBench bench;
+  DriveBySdo(bench, 100);
+  for (int i = 0; i < 5; ++i) {  // told again in time, by either object
+    ASSERT_TRUE(i % 2 == 0 ? bench.Write(0x60FF, 0, 4, 500000) : bench.Write(0x6040, 0, 2, 0x0F));
+    bench.Run(95);
+    ASSERT_EQ(bench.node.drive_state(), DriveState::kOperationEnabled);
+  }
+  bench.Run(10);
+  ASSERT_EQ(bench.node.drive_state(), DriveState::kFaultReaction);
+  bench.Run(100);
+  EXPECT_EQ(bench.node.drive_state(), DriveState::kFault);
+  EXPECT_EQ(bench.node.velocity_radps(), 0);
+  EXPECT_EQ(bench.node.dictionary().Value(0x603F, 0), 0x8250U);
+}
+
+TEST(Cia402Node, AJointAtRestMayBeLeftEnabledBySdo) {
+  NodeBench bench;
+  DriveBySdo(bench, 100);
+  ASSERT_TRUE(bench.Write(0x60FF, 0, 4, 0));
+  bench.Run(1000);
+  EXPECT_EQ(bench.node.drive_state(), DriveState::kOperationEnabled);
+}
+
+TEST(Cia402Node, WithoutADeadlineTheHeartbeatIsWhatStopsAForgottenJoint) {
+  NodeBench bench;
+  DriveBySdo(bench, 0);
+  ASSERT_TRUE(bench.Write(0x1016, 1, 4, 0x7F << 16 | 300));
+  bench.Hear(Bytes(0x77F, {0x05}));
+  bench.Run(295);
+  EXPECT_EQ(bench.node.velocity_radps(), 0.5);
+  bench.Run(100);
+  EXPECT_EQ(bench.node.dictionary().Value(0x603F, 0), 0x8130U);
+  EXPECT_EQ(bench.node.velocity_radps(), 0);
+}
+
 TEST(Cia402Node, TheAbortConnectionOptionChoosesTheReaction) {
   struct Case {
     std::uint32_t option;
