@@ -30,15 +30,20 @@ std::uint32_t ToUnits(double value) {
 
 }  // namespace
 
-void Cia402Node::Measure(double position_rad) {
-  position_rad_ = std::isfinite(position_rad) ? position_rad : 0;
+void Cia402Node::Measure(double position_rad, std::optional<double> velocity_radps) {
+  if (!std::isfinite(position_rad) || !std::isfinite(velocity_radps.value_or(0))) {
+    return;
+  }
+  measured_ = true;
+  position_rad_ = position_rad;
+  velocity_radps_ = velocity_radps;
   PublishState();
 }
 
 void Cia402Node::PublishState() {
   dictionary_.Set(0x6041, 0, drive_.Statusword(ModeIsCsv()));
   dictionary_.Set(0x6064, 0, ToUnits(position_rad_));
-  dictionary_.Set(0x606C, 0, ToUnits(drive_.velocity_radps()));
+  dictionary_.Set(0x606C, 0, ToUnits(velocity_radps_.value_or(drive_.velocity_radps())));
 }
 
 void Cia402Node::OnSync(Time now) {
@@ -121,15 +126,17 @@ void Cia402Node::SendEventPdos(Time now) {
   }
 }
 
-void Cia402Node::SendEmergency(std::uint32_t code) {
+void Cia402Node::SendEmergency(std::uint32_t code, std::uint32_t vendor) {
   if (nmt_ == NmtState::kStopped || nmt_ == NmtState::kBootUp) {
     return;
   }
   Queue(can::kEmergency,
-        can::Emergency{.code = code, .error_register = dictionary_.Value(0x1001, 0)});
+        can::Emergency{
+            .code = code, .error_register = dictionary_.Value(0x1001, 0), .vendor = vendor});
 }
 
-void Cia402Node::NoteError(std::uint32_t emcy_code, std::uint32_t register_bits) {
+void Cia402Node::NoteError(std::uint32_t emcy_code, std::uint32_t register_bits,
+                           std::uint32_t vendor) {
   dictionary_.Set(0x1001, 0, dictionary_.Value(0x1001, 0) | kGenericError | register_bits);
   dictionary_.Set(0x603F, 0, emcy_code);
   for (std::uint8_t i = 4; i > 1; --i) {
@@ -137,7 +144,7 @@ void Cia402Node::NoteError(std::uint32_t emcy_code, std::uint32_t register_bits)
   }
   dictionary_.Set(0x1003, 1, emcy_code);
   dictionary_.Set(0x1003, 0, std::min(dictionary_.Value(0x1003, 0) + 1, 4U));
-  SendEmergency(emcy_code);
+  SendEmergency(emcy_code, vendor);
 }
 
 void Cia402Node::ClearErrors() {
@@ -151,10 +158,11 @@ void Cia402Node::ClearErrors() {
   SendEmergency(can::emergency::kNone);
 }
 
-void Cia402Node::RaiseInternalFault(std::uint16_t emcy_code) {
+void Cia402Node::RaiseInternalFault(std::uint16_t emcy_code, std::uint32_t vendor) {
   internal_fault_ = emcy_code;
+  internal_vendor_ = vendor;
   drive_.RaiseFault();
-  NoteError(emcy_code, kDeviceError);
+  NoteError(emcy_code, kDeviceError, vendor);
 }
 
 void Cia402Node::ClearInternalFault() { internal_fault_ = 0; }
@@ -219,6 +227,9 @@ void Cia402Node::CheckDeadlines(Time now) {
 
 void Cia402Node::SendHeartbeat(Time now) {
   if (nmt_ == NmtState::kBootUp) {
+    if (!measured_) {
+      return;
+    }
     boot_at_ = boot_at_ ? boot_at_ : now + config_.boot_time;
     if (now < *boot_at_) {
       return;
@@ -226,6 +237,9 @@ void Cia402Node::SendHeartbeat(Time now) {
     Queue(can::kHeartbeat, can::Heartbeat{static_cast<std::uint32_t>(NmtState::kBootUp)});
     nmt_ = NmtState::kPreOperational;
     drive_.PowerUp();
+    if (internal_fault_ != 0) {
+      RaiseInternalFault(internal_fault_, internal_vendor_);  // a reset mends nothing
+    }
   }
   const std::chrono::milliseconds period(dictionary_.Value(0x1017, 0));
   if (period.count() == 0) {

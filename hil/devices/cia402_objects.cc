@@ -13,6 +13,7 @@ constexpr double kUnit = can::kRadPerUnit;
 constexpr auto kRo = Access::kReadOnly;
 constexpr auto kRw = Access::kReadWrite;
 constexpr std::uint32_t kPdoOff = 1U << 31;
+constexpr std::int64_t kDeadlineMax_ms = 1000;
 
 std::uint32_t Units(double value) {
   return static_cast<std::uint32_t>(std::llround(value / kUnit));
@@ -85,6 +86,18 @@ void AddMotion(ObjectDictionary& od, const Cia402Config& config) {
   od.Add(0x60FF, 0, Signed(4, kRw, 0, Mappable::kReceive));
 }
 
+/// What stops the joint can from here on be made stricter only.
+void HoldGuards(ObjectDictionary& od) {
+  Object& deadline = *od.Find(0x1400, 5);
+  deadline.min = 1;
+  deadline.max = kDeadlineMax_ms;
+  od.Find(0x6007, 0)->min = 1;
+  od.Find(0x607D, 1)->min = od.Find(0x607D, 1)->Signed();
+  od.Find(0x607D, 2)->max = od.Find(0x607D, 2)->Signed();
+  od.Find(0x6080, 0)->max = od.Value(0x6080, 0);
+  od.Find(0x6085, 0)->min = od.Value(0x6085, 0);
+}
+
 }  // namespace
 
 bool Cia402Config::Valid() const {
@@ -107,6 +120,9 @@ ObjectDictionary FactoryDictionary(const Cia402Config& config,
   receive[1].pdo.AddTo(od, kPdoOff | (rpdo + 0x100), 255, {0x60600008}, 0, 0);
   transmit[0].pdo.AddTo(od, kPdoOff | tpdo, 1, {0x60410010}, 0, 0);
   transmit[1].pdo.AddTo(od, tpdo + 0x100, 255, {0x60410010, 0x60610008}, 100, 250);
+  if (!config.host_may_loosen) {
+    HoldGuards(od);
+  }
   return od;
 }
 

@@ -110,19 +110,38 @@ void CsvDrive::Restart() {
   quick_stop_option_ = QuickStopOption::kRampThenDisable;
   controlword_ = 0;
   internal_limit_ = false;
+  waits_ = false;
 }
 
 void CsvDrive::Command(std::uint16_t controlword) {
   const bool reset_edge = (controlword & 0x80) != 0 && (controlword_ & 0x80) == 0;
   controlword_ = controlword;
   if (state_ == DriveState::kFault && fault_held_) {
+    reset_asked_ = reset_asked_ || reset_edge;
     return;
   }
-  state_ = Next(state_, Order(controlword), reset_edge,
-                quick_stop_option_ == QuickStopOption::kRampThenStay);
+  const DriveState next = Next(state_, Order(controlword), reset_edge,
+                               quick_stop_option_ == QuickStopOption::kRampThenStay);
+  waits_ = next == DriveState::kOperationEnabled && state_ != next && !permitted_;
+  if (!waits_) {
+    state_ = next;
+  } else if (state_ == DriveState::kReadyToSwitchOn) {
+    state_ = DriveState::kSwitchedOn;
+  }
+}
+
+void CsvDrive::PermitOperation(bool permitted) {
+  permitted_ = permitted;
+  const bool ready = state_ == DriveState::kSwitchedOn || state_ == DriveState::kQuickStopActive;
+  if (permitted && waits_ && ready) {
+    state_ = DriveState::kOperationEnabled;
+  }
+  waits_ = waits_ && !permitted && ready;
 }
 
 void CsvDrive::RaiseFault() {
+  reset_asked_ = false;
+  waits_ = false;
   if (state_ != DriveState::kFault) {
     state_ = DriveState::kFaultReaction;
   }

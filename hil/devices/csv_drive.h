@@ -44,6 +44,11 @@ class CsvDrive {
   /// Set while a fault's cause persists: it cannot be reset then.
   void HoldFault(bool cause_persists) { fault_held_ = cause_persists; }
 
+  /// For a power stage that has a start-up of its own: until it is permitted (from the start it is)
+  /// a drive that is told to enable operation stays switched on, and does so then. What is enabled
+  /// already stays so.
+  void PermitOperation(bool permitted);
+
   /// dt_s of motion towards `target_radps` (60FFh) from the position the joint really has.
   void Step(double dt_s, double target_radps, bool mode_is_csv, double position_rad,
             const DriveLimits& limits);
@@ -51,6 +56,10 @@ class CsvDrive {
   void set_quick_stop_option(QuickStopOption option) { quick_stop_option_ = option; }
 
   DriveState state() const { return state_; }
+  /// Told to enable operation, and waiting for the permission.
+  bool waits() const { return waits_; }
+  /// A reset was asked for since the last RaiseFault(), while the fault was held.
+  bool reset_asked() const { return reset_asked_; }
   double velocity_radps() const { return velocity_radps_; }
   /// 6041h. Bit 12, the drive follows 60FFh, needs the mode.
   std::uint16_t Statusword(bool mode_is_csv) const;
@@ -63,6 +72,9 @@ class CsvDrive {
   double velocity_radps_ = 0;
   std::uint16_t controlword_ = 0;
   bool fault_held_ = false;
+  bool reset_asked_ = false;
+  bool permitted_ = true;
+  bool waits_ = false;
   bool internal_limit_ = false;
 };
 

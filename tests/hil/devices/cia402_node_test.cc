@@ -269,6 +269,61 @@ TEST(Cia402Node, AnInternalFaultHoldsUntilItIsGone) {
   EXPECT_EQ(bench.node.drive_state(), DriveState::kSwitchOnDisabled);
 }
 
+TEST(Cia402Node, AnInternalFaultOutlivesAResetOfTheNode) {
+  NodeBench bench;
+  bench.Enable();
+  bench.node.RaiseInternalFault(0xFF00, 0x01020304);
+  bench.Run(20);
+  bench.Hear(Bytes(0x000, {0x81, 0x01}));
+  bench.Run(80);
+  EXPECT_EQ(bench.node.drive_state(), DriveState::kFault);
+  EXPECT_EQ(bench.Said(0x081).back(), Bytes(0x081, {0x00, 0xFF, 0x21, 4, 3, 2, 1, 0}));
+  EXPECT_EQ(bench.Said(0x081).size(), 2U);
+}
+
+TEST(Cia402Node, SaysNothingUntilItKnowsWhereItStands) {
+  Cia402Node node{Cia402Config{}};
+  std::vector<can::Frame> said;
+  Time now{};
+  const auto run = [&](double position_rad) {
+    for (int i = 0; i < 200; ++i) {
+      node.Measure(position_rad, 0.5);
+      node.OnFrame(Bytes(0x000, {0x01, 0x00}), now);
+      node.Step(now += milliseconds(1), said);
+    }
+  };
+  run(std::nan(""));
+  EXPECT_TRUE(said.empty());
+  EXPECT_EQ(node.nmt(), NmtState::kBootUp);
+  run(1.25);
+  EXPECT_EQ(node.nmt(), NmtState::kOperational);
+  EXPECT_EQ(node.dictionary().Value(0x6064, 0), 1250000U);
+  EXPECT_EQ(node.dictionary().Value(0x606C, 0), 500000U) << "the measured one: it is at rest";
+}
+
+TEST(Cia402Node, WhereTheHostMayNotLoosenItsGuardsItCanMakeThemStricter) {
+  const struct {
+    int index, sub, bytes;
+    std::uint32_t looser, stricter;
+  } cases[] = {{0x1400, 5, 2, 0, 20},
+               {0x1400, 5, 2, 1001, 1000},
+               {0x6007, 0, 2, 0, 3},
+               {0x607D, 1, 4, static_cast<std::uint32_t>(-1000001), 0},
+               {0x607D, 2, 4, 1000001, 0},
+               {0x6080, 0, 4, 31, 10},
+               {0x6085, 0, 4, 9999999, 20000000}};
+  for (const auto& c : cases) {
+    SCOPED_TRACE(c.index);
+    NodeBench loose(Cia402Config{.lower_rad = -1, .upper_rad = 1});
+    loose.Run(60);
+    EXPECT_TRUE(loose.Write(c.index, c.sub, c.bytes, c.looser));
+    NodeBench held(Cia402Config{.lower_rad = -1, .upper_rad = 1, .host_may_loosen = false});
+    held.Run(60);
+    EXPECT_FALSE(held.Write(c.index, c.sub, c.bytes, c.looser));
+    EXPECT_TRUE(held.Write(c.index, c.sub, c.bytes, c.stricter));
+  }
+}
+
 TEST(Cia402Node, AShortCommandIsRefusedWithAnEmergency) {
   NodeBench bench;
   bench.Enable();

@@ -150,6 +150,62 @@ TEST(CsvDrive, OutsideItsModeItStands) {
   EXPECT_EQ(drive.velocity_radps(), 0);
 }
 
+TEST(CsvDrive, WaitsSwitchedOnUntilItsOperationIsPermitted) {
+  for (const int last : {0x07, 0x06}) {  // 0F is taken from either state
+    CsvDrive drive = Ready();
+    drive.PermitOperation(false);
+    for (const int word : {0x06, last, 0x0F, 0x0F}) {
+      drive.Command(static_cast<std::uint16_t>(word));
+    }
+    EXPECT_EQ(drive.state(), DriveState::kSwitchedOn);
+    EXPECT_TRUE(drive.waits());
+    drive.Step(kDt_s, 1.0, true, 0, {});
+    EXPECT_EQ(drive.velocity_radps(), 0);
+    drive.PermitOperation(true);
+    EXPECT_EQ(drive.state(), DriveState::kOperationEnabled);
+    EXPECT_FALSE(drive.waits());
+    drive.PermitOperation(false);
+    EXPECT_EQ(drive.state(), DriveState::kOperationEnabled) << "what is enabled stays so";
+  }
+}
+
+TEST(CsvDrive, APermissionThatComesTooLateEnablesNothing) {
+  for (const int word : {0x07, 0x06, 0x00}) {
+    CsvDrive drive = Ready();
+    drive.PermitOperation(false);
+    for (const int w : {0x06, 0x0F, word}) {
+      drive.Command(static_cast<std::uint16_t>(w));
+    }
+    EXPECT_FALSE(drive.waits()) << word;
+    drive.PermitOperation(true);
+    EXPECT_NE(drive.state(), DriveState::kOperationEnabled) << word;
+  }
+  CsvDrive drive = Ready();
+  drive.PermitOperation(false);
+  drive.Command(0x06);
+  drive.Command(0x0F);
+  drive.RaiseFault();
+  drive.PermitOperation(true);
+  EXPECT_EQ(drive.state(), DriveState::kFaultReaction);
+}
+
+TEST(CsvDrive, TellsOfAResetThatItCouldNotGrant) {
+  CsvDrive drive = Enabled();
+  drive.RaiseFault();
+  drive.HoldFault(true);
+  drive.Command(0x80);
+  EXPECT_FALSE(drive.reset_asked()) << "still reacting";
+  drive.Step(kDt_s, 0, true, 0, {});
+  drive.Command(0x80);
+  EXPECT_FALSE(drive.reset_asked()) << "no rising edge";
+  drive.Command(0x00);
+  drive.Command(0x80);
+  EXPECT_TRUE(drive.reset_asked());
+  EXPECT_EQ(drive.state(), DriveState::kFault);
+  drive.RaiseFault();
+  EXPECT_FALSE(drive.reset_asked()) << "it was about another fault";
+}
+
 // 20 seeds of 2 s: random targets flung at the limits. 1e-9: rounding of a thousand additions.
 TEST(CsvDrive, NoCommandPassesASoftLimitOrTheSpeedLimit) {
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
