@@ -14,8 +14,10 @@ enum class XarmReportKind : std::uint8_t {
   kRealTime,  ///< 30000, 200 Hz, firmware 2.1.0 and later: a clock, and joint velocities, too
 };
 
-constexpr int PortOf(XarmReportKind kind) { return kind == XarmReportKind::kReal ? 30003 : 30000; }
-constexpr Duration PeriodOf(XarmReportKind kind) {
+constexpr int ReportPort(XarmReportKind kind) {
+  return kind == XarmReportKind::kReal ? 30003 : 30000;
+}
+constexpr Duration ReportPeriod(XarmReportKind kind) {
   return std::chrono::milliseconds(kind == XarmReportKind::kReal ? 10 : 5);
 }
 
