@@ -8,6 +8,10 @@
 namespace pipewright::hil {
 namespace {
 
+constexpr std::size_t kVersionBytes = 40;
+/// The same requests; so the vendor's client says, to firmware of 1.8.6 and later, that it will not
+/// be silent for long (SDK, x3/base.py).
+constexpr std::uint16_t kPrivateProtocolKeptUp = 3;
 constexpr int kJointLimitError = 23;  ///< SDK, x_code.py: angle limit exceeded
 
 }  // namespace
@@ -66,7 +70,8 @@ void XarmController::Hear(Client& client, Time now) {
     }
     const Result<XarmFrame> request = DecodeXarmFrame(client.stream.received().first(*size));
     client.stream.Take(*size);
-    if (!request.ok() || request->protocol != XarmFrame::kPrivateProtocol) {
+    if (!request.ok() || (request->protocol != XarmFrame::kPrivateProtocol &&
+                          request->protocol != kPrivateProtocolKeptUp)) {
       continue;  // the vendor's heartbeat
     }
     heard_.push_back(*request);
@@ -88,14 +93,17 @@ XarmFrame XarmController::Answer(const XarmFrame& request, Time now) {
   };
   switch (request.reg()) {
     case XarmRegister::kVersion: {
-      const auto* text = reinterpret_cast<const std::uint8_t*>(config_.version.data());
-      return XarmResponse(request, StateByte(), {text, config_.version.size()});
+      std::array<std::uint8_t, kVersionBytes> text{};  // zero-filled: the vendor's client drops one
+      std::copy_n(config_.version.begin(), std::min(config_.version.size(), text.size() - 1),
+                  text.begin());
+      return XarmResponse(request, StateByte(), text);
     }
     case XarmRegister::kMotionEnable:
       return Set(request, request.size == 2 ? request.data[1] : -1);
     case XarmRegister::kSetState:
-    case XarmRegister::kSetMode:
       return Set(request, request.size == 1 ? request.data[0] : -1);
+    case XarmRegister::kSetMode:  // the vendor's client adds how transitions are to be detected
+      return Set(request, request.size == 1 || request.size == 2 ? request.data[0] : -1);
     case XarmRegister::kCleanError:
     case XarmRegister::kCleanWarning:
       return Set(request, 0);
@@ -249,14 +257,6 @@ void XarmController::TakeOver(int mode, int state) {
 }
 
 void XarmController::Drop() { clients_.clear(); }
-
-void XarmController::SendRaw(std::vector<std::uint8_t> bytes) {
-  for (const auto& client : clients_) {
-    if (!client->report) {
-      client->out.push_back({Time{}, bytes});
-    }
-  }
-}
 
 int XarmController::clients() const { return static_cast<int>(clients_.size()); }
 

@@ -57,7 +57,6 @@ class XarmController {
   void SetSilent(bool silent) { silent_ = silent; }  ///< no reports
   void SetDeaf(bool deaf) { deaf_ = deaf; }          ///< no request is read
   void SetReported(const std::optional<XarmVector>& position_rad) { reported_ = position_rad; }
-  void SendRaw(std::vector<std::uint8_t> bytes);  ///< to every client of requests
 
   int mode() const { return mode_; }
   int state() const { return state_; }

@@ -73,6 +73,7 @@ void XarmGateway::Step(Time now) {
 void XarmGateway::Enter(XarmPhase phase, Time now) {
   phase_ = phase;
   since_ = now;
+  confirming_ = -1;
   for (Cia402Node& node : nodes_) {
     node.PermitOperation(phase == XarmPhase::kOperating);
   }
@@ -137,16 +138,29 @@ void XarmGateway::FaultByErrors(const XarmErrors& errors, Time now) {
         fmt::format("the controller has error {}", errors.error), now);
 }
 
+/// It may still hear; and if not, its own watchdog ends the motion.
+void XarmGateway::AskForRest(Time now) {
+  const Result<XarmFrame> rest =
+      XarmVelocityRequest({.duration_s = ToSeconds(config_.velocity_duration)});
+  if (rest.ok()) {
+    (void)client_.Ask(*rest, now);
+  }
+}
+
+void XarmGateway::Stop(Time now) {
+  if (!AtWork()) {
+    return;
+  }
+  AskForRest(now);
+  (void)client_.Ask(XarmSetState(xarm_state::kStopped), now);
+  Fault(xarm_emergency::kLinkLost, 0, "the gateway was ended", now);
+}
+
 void XarmGateway::LoseLink(XarmProblem problem, Time now) {
   const auto vendor = static_cast<std::uint32_t>(problem);
   const std::string why = fmt::format("link lost: {}", Name(problem));
   if (AtWork()) {
-    // It may still hear; and if not, its own watchdog ends the motion.
-    if (const Result<XarmFrame> stop =
-            XarmVelocityRequest({.duration_s = ToSeconds(config_.velocity_duration)});
-        stop.ok()) {
-      (void)client_.Ask(*stop, now);
-    }
+    AskForRest(now);
     return Fault(xarm_emergency::kLinkLost, vendor, why, now);
   }
   trouble_ = why;
@@ -222,7 +236,6 @@ void XarmGateway::StepConnecting(Time now) {
 
 void XarmGateway::StepIdle(Time now) {
   if (AnyWaits()) {
-    confirming_ = -1;
     Enter(XarmPhase::kEnabling, now);
     Ask(XarmAsk(XarmRegister::kGetError), now);
   } else if (now - last_poll_ >= config_.poll) {

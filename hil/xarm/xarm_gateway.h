@@ -79,6 +79,9 @@ class XarmGateway {
   XarmGateway(const XarmGatewayConfig& config, Port& bus);
 
   void Step(Time now);
+  /// Before it ends: an arm at work is told to rest and to stop, and the host that it was, by
+  /// 0x7500. Some more Steps carry it to both.
+  void Stop(Time now);
 
   XarmPhase phase() const { return phase_; }
   /// Why it is kRefused or kFaulted, or does not connect; in words, for people.
@@ -105,11 +108,13 @@ class XarmGateway {
   void Refuse(const std::string& why);
   void Fault(std::uint16_t emcy, std::uint32_t vendor, const std::string& why, Time now);
   void RaiseOnAll(std::uint16_t emcy, std::uint32_t vendor);
+  void AskForRest(Time now);
   void LoseLink(XarmProblem problem, Time now);
   void FaultByErrors(const XarmErrors& errors, Time now);
 
   void ReadController(Time now);
   void OnReport(const XarmReport& report, Time now);
+  void Confirm(const XarmReport& report, Time now);
   void Measure(const XarmReport& report, Time now);
   void OnAnswer(const XarmFrame& answer, Time now);
   void OnAnswerAsking(const XarmFrame& answer, Time now);

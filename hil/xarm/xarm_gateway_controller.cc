@@ -62,25 +62,29 @@ void XarmGateway::OnReport(const XarmReport& report, Time now) {
   ++counters_.reports;
   heard_ = now;
   Measure(report, now);
-  if (phase_ == XarmPhase::kAsking && asked_all_) {
+  const bool measured = phase_ == XarmPhase::kAsking && asked_all_;
+  // Somebody has it; no node is enabled, and nothing more is ours to say.
+  const bool taken = phase_ == XarmPhase::kStopping && !stop_sent_ && !Follows(report);
+  if (measured || taken) {
     BeIdle(now);
-  } else if (phase_ == XarmPhase::kEnabling && confirming_ >= 0) {
-    ++confirming_;
-    if (confirming_ >= kConfirming && Follows(report)) {
-      Enter(XarmPhase::kOperating, now);
-    }
   } else if (phase_ == XarmPhase::kOperating && !Follows(report)) {
     Doubt(now);
-  } else if (phase_ == XarmPhase::kStopping && !stop_sent_ && !Follows(report)) {
-    BeIdle(now);  // somebody has it; no node is enabled, and nothing more is ours to say
-  } else if (phase_ == XarmPhase::kDoubting && confirming_ >= 0) {
+  } else if (confirming_ >= 0) {
     ++confirming_;
-    if (!Follows(report) || confirming_ >= kConfirming) {
-      Fault(xarm_emergency::kTakenOver, static_cast<std::uint32_t>(report.state | report.mode << 8),
-            fmt::format("somebody else has taken the arm: mode {}, state {}", report.mode,
-                        report.state),
-            now);
-    }
+    Confirm(report, now);
+  }
+}
+
+/// Reports since an answer that they are to confirm.
+void XarmGateway::Confirm(const XarmReport& report, Time now) {
+  const bool enough = confirming_ >= kConfirming;
+  if (phase_ == XarmPhase::kEnabling && enough && Follows(report)) {
+    Enter(XarmPhase::kOperating, now);
+  } else if (phase_ == XarmPhase::kDoubting && (enough || !Follows(report))) {
+    Fault(xarm_emergency::kTakenOver, static_cast<std::uint32_t>(report.state | report.mode << 8),
+          fmt::format("somebody else has taken the arm: mode {}, state {}", report.mode,
+                      report.state),
+          now);
   }
 }
 
@@ -121,7 +125,6 @@ void XarmGateway::BeIdle(Time now) {
 
 /// Something stopped the arm. Its own errors tell whether that was the controller or a person.
 void XarmGateway::Doubt(Time now) {
-  confirming_ = -1;
   Enter(XarmPhase::kDoubting, now);
   Ask(XarmAsk(XarmRegister::kGetError), now);
 }

@@ -131,6 +131,44 @@ TEST(XarmController, AJointAtItsEndIsAnError) {
   EXPECT_LE(bench.controller.position_rad().maxCoeff(), 6.28);
 }
 
+// As xArm-Python-SDK 1.18.5 speaks to firmware 2.5.0: protocol 3, a mode of two bytes, and of the
+// version no byte that no zero follows.
+TEST(XarmController, TakesWhatTheVendorsClientSays) {
+  XarmController controller;
+  ASSERT_EQ(controller.Open(), "");
+  TcpStream client;
+  ASSERT_EQ(client.Connect("127.0.0.1", controller.request_port()), Status::kOk);
+  const auto hear = [&](std::size_t bytes) {
+    for (int i = 0; i < 50000 && client.received().size() < bytes; ++i) {
+      controller.Step(Time{});
+      client.Poll();
+      usleep(100);
+    }
+    const std::vector<std::uint8_t> heard(client.received().begin(), client.received().end());
+    client.Take(heard.size());
+    return heard;
+  };
+  hear(0);
+  for (int i = 0; i < 50000 && !client.open(); ++i) {
+    client.Poll();
+    usleep(100);
+  }
+  const std::uint8_t set_mode[] = {0, 7, 0, 3, 0, 3, 19, 4, 0};
+  ASSERT_TRUE(client.Send(set_mode));
+  EXPECT_EQ(hear(8), (std::vector<std::uint8_t>{0, 7, 0, 3, 0, 2, 19, xarm_status::kCannotMove}));
+  EXPECT_EQ(controller.mode(), xarm_mode::kJointVelocity);
+  const std::uint8_t version[] = {0, 8, 0, 2, 0, 1, 1};
+  ASSERT_TRUE(client.Send(version));
+  const std::vector<std::uint8_t> heard = hear(48);
+  ASSERT_EQ(heard.size(), 48U);
+  EXPECT_EQ(std::string(heard.begin() + 8, heard.end()).find("v2.5.0"), 18U);
+  EXPECT_EQ(heard.back(), 0);
+  const std::uint8_t heartbeat[] = {0, 0, 0, 1, 0, 2, 0, 0};
+  const std::uint8_t state[] = {0, 9, 0, 3, 0, 1, 13};
+  ASSERT_TRUE(client.Send(heartbeat) && client.Send(state));
+  EXPECT_EQ(hear(9)[1], 9) << "the heartbeat has no answer";
+}
+
 TEST(XarmController, ReportsWhereItIs) {
   Bench bench;
   bench.BeReady();

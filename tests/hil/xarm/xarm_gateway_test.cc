@@ -107,6 +107,24 @@ TEST(XarmGateway, WhenItDiesTheControllerStopsByItself) {
   EXPECT_TRUE(bench.controller.velocity_radps().isZero(0));
 }
 
+TEST(XarmGateway, WhenItIsEndedItSaysSoToBothSides) {
+  GatewayBench bench(Arm());
+  Move(bench);
+  const std::size_t from = bench.wire.size();
+  bench.gateway->Stop(bench.now);
+  bench.Run(17);  // 0.3 rad/s at 20 rad/s^2, and two steps
+  EXPECT_TRUE(bench.controller.velocity_radps().isZero(0));
+  EXPECT_EQ(bench.controller.state(), xarm_state::kStopped);
+  for (int node = 1; node <= kXarmJoints; ++node) {
+    EXPECT_EQ(bench.Emergencies(node, from), std::vector<std::uint32_t>{0x7500});
+  }
+  bench.Restart();
+  bench.host_alive = false;
+  bench.Run(300);
+  bench.gateway->Stop(bench.now);  // at rest there is nothing to say
+  EXPECT_EQ(bench.gateway->phase(), XarmPhase::kIdle);
+}
+
 TEST(XarmGateway, WhenTheHostDiesTheArmIsBroughtToRestAndThenLeftAlone) {
   GatewayBench bench(Arm());
   Move(bench);
