@@ -5,6 +5,7 @@
 
 #include "hil/cli/canlog_command.h"
 #include "hil/cli/emulate_command.h"
+#include "hil/cli/gateway_command.h"
 #include "hil/cli/inspect_command.h"
 #include "hil/cli/map_command.h"
 #include "hil/cli/memory_command.h"
@@ -37,6 +38,7 @@ int main(int argc, char** argv) {
   int exit_code = 0;
   pipewright::hil::AddCanlog(app, &exit_code);
   pipewright::hil::AddEmulate(app, &exit_code);
+  pipewright::hil::AddGateway(app, &exit_code);
   pipewright::hil::AddInspect(app, &exit_code);
   pipewright::hil::AddMap(app, &exit_code);
   pipewright::hil::AddMemory(app, &exit_code);

@@ -28,7 +28,7 @@ TEST(Command, HelpsAndTellsItsVersion) {
   const CommandResult version = Pipewright("--version", folder);
   EXPECT_EQ(version.exit_code, 0);
   EXPECT_NE(version.out.find("0.1.0"), std::string::npos) << version.out;
-  for (const char* help : {"--help", "inspect --help", "emulate --help"}) {
+  for (const char* help : {"--help", "inspect --help", "emulate --help", "gateway --help"}) {
     const CommandResult result = Pipewright(help, folder);
     EXPECT_EQ(result.exit_code, 0);
     EXPECT_NE(result.out.find("inspect"), std::string::npos);
@@ -49,7 +49,8 @@ TEST(Command, SaysWhichFlagIsWrongAndStartsNothing) {
   } cases[] = {
       {"", "subcommand"},
       {"dance",
-       "no command 'dance'; there are: canlog emulate inspect map memory primitives qp replay "
+       "no command 'dance'; there are: canlog emulate gateway inspect map memory primitives qp "
+       "replay "
        "status start stop estop rearm"},
       {"inspect --colour blue", "--colour"},
       {"inspect --seed twelve", "--seed"},
@@ -82,6 +83,14 @@ TEST(Command, SaysWhichFlagIsWrongAndStartsNothing) {
       {"emulate --bus can0 --yaw-scale 3", "--yaw-scale"},
       {"emulate --bus can0 --ramp 1", "--ramp"},
       {"emulate --bus can0 --brake 1 -1", "--brake"},
+      {"gateway --bus can0", "--controller is required"},
+      {"gateway --controller 127.0.0.1", "--bus is required"},
+      {"gateway --controller 127.0.0.1 --bus nosuchcan9",
+       "--bus nosuchcan9: cannot open the interface"},
+      {"gateway --controller 300.0.0.1 --bus can0", "--controller 300.0.0.1"},
+      {"gateway --controller 127.0.0.1 --bus can0 --report 30001", "--report"},
+      {"gateway --controller 127.0.0.1 --bus can0 --duration 10", "--duration"},
+      {"gateway --controller 127.0.0.1 --bus can0 --port 0", "--port"},
   };
   for (const auto& c : cases) {
     SCOPED_TRACE(c.arguments);
