@@ -144,7 +144,7 @@ TEST(XarmController, TakesWhatTheVendorsClientSays) {
       client.Poll();
       usleep(100);
     }
-    const std::vector<std::uint8_t> heard(client.received().begin(), client.received().end());
+    std::vector<std::uint8_t> heard(client.received().begin(), client.received().end());
     client.Take(heard.size());
     return heard;
   };
