@@ -40,11 +40,11 @@ void XarmController::Accept(Time now) {
 void XarmController::Step(Time now) {
   Accept(now);
   for (const auto& client : clients_) {
-    if (!client->report && !deaf_) {
-      Hear(*client, now);
-    } else if (client->report) {
-      client->stream.Poll();
+    client->stream.Poll();
+    if (client->report) {
       client->stream.Take(client->stream.received().size());
+    } else if (!deaf_) {
+      Hear(*client, now);
     }
   }
   Move(now);
@@ -59,7 +59,6 @@ void XarmController::Step(Time now) {
 }
 
 void XarmController::Hear(Client& client, Time now) {
-  client.stream.Poll();
   while (true) {
     const Result<std::size_t> size = XarmFrameBytes(client.stream.received());
     if (!size.ok()) {

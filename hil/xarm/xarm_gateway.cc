@@ -168,6 +168,7 @@ void XarmGateway::LoseLink(XarmProblem problem, Time now) {
     RaiseOnAll(xarm_emergency::kLinkLost, vendor);
   }
   client_.Close();
+  reset_asked_ = false;  // it was about what was known then
   trying_ = false;
   next_try_ = now + config_.retry;
   Enter(XarmPhase::kConnecting, now);

@@ -48,6 +48,22 @@ TEST(XarmGateway, ALostConnectionAtWorkIsNotMendedWithoutTheHostsWord) {
   ExpectRecovery(bench);
 }
 
+TEST(XarmGateway, AResetThatFoundNobodyCleansNoLaterError) {
+  GatewayBench bench(Arm());
+  Move(bench);
+  bench.controller.SetDeaf(true);
+  bench.Run(300);
+  bench.driver.Reset();
+  bench.Run(4500);  // the driver gave up; the gateway goes on trying to connect
+  ASSERT_EQ(bench.driver.phase(), DriverPhase::kFault);
+  bench.controller.InjectError(19);
+  bench.controller.SetDeaf(false);
+  bench.Run(1500);
+  EXPECT_EQ(bench.gateway->phase(), XarmPhase::kFaulted);
+  EXPECT_EQ(bench.controller.error(), 19);
+  ExpectRecovery(bench);
+}
+
 TEST(XarmGateway, ALostConnectionAtRestIsMendedByItself) {
   GatewayBench bench(Arm());
   bench.host_alive = false;
