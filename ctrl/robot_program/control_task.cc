@@ -108,6 +108,7 @@ PoseReport ControlTask::ReadPose() const {
   const BasePose by_wheels = filter_.odometry().Extrapolate(report_.state.stamp);
   return {.by_wheels = {by_wheels.x_m, by_wheels.y_m, by_wheels.phi_rad},
           .covariance = filter_.pose().covariance,
+          .worst_covariance = filter_.worst_covariance(),
           .slip = filter_.slip(),
           .yaw_scale_slow = filter_.yaw_scale_slow(),
           .yaw_scale_fast = filter_.yaw_scale_fast(),

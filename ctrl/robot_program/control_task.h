@@ -47,10 +47,11 @@ enum class ControlPhase : std::uint8_t {
 
 /// What is known of the base's pose besides state.q.
 struct PoseReport {
-  Vector3d by_wheels = Vector3d::Zero();   ///< (x, y, phi) that the wheels alone tell
-  Matrix3d covariance = Matrix3d::Zero();  ///< of state.q's
-  double slip = 1;                         ///< of the floor, over a usual one's
-  double yaw_scale_slow = 1;               ///< the base's turn over that of its wheels
+  Vector3d by_wheels = Vector3d::Zero();         ///< (x, y, phi) that the wheels alone tell
+  Matrix3d covariance = Matrix3d::Zero();        ///< of state.q's
+  Matrix3d worst_covariance = Matrix3d::Zero();  ///< if wheels slipped as much as they can
+  double slip = 1;                               ///< of the floor, over a usual one's
+  double yaw_scale_slow = 1;                     ///< the base's turn over that of its wheels
   double yaw_scale_fast = 1;
   double way_scale = 1;
   std::uint64_t fixes = 0;    ///< taken

@@ -60,7 +60,8 @@ bool MappingTask::Localize(const Isometry3d& X_BS, const Motion& motion, Configu
                        .y_m = q(1),
                        .phi_rad = q(2),
                        .covariance = motion.base_covariance};
-  const Status status = localizer_.Step(cloud_, X_BS, guess, motion.base_doubted, fix);
+  const Status status =
+      localizer_.Step(cloud_, X_BS, guess, motion.base_doubted, motion.base_worst, fix);
   if (status == Status::kFault) {
     fix_ = PoseFix{.stamp = cloud_.stamp, .fits = false};
   } else if (status == Status::kOk) {

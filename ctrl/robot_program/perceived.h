@@ -14,6 +14,7 @@ namespace pipewright {
 struct Motion {
   StateHistory states;
   Matrix3d base_covariance = Matrix3d::Zero();  ///< of the newest state's (x, y, phi)
+  Matrix3d base_worst = Matrix3d::Zero();       ///< PoseFilter::worst_covariance()
   bool base_doubted = false;                    ///< PoseFilter::doubted()
 };
 

@@ -42,6 +42,7 @@ const ControlReport& RobotProgram::StepControl(Time now) {
   Motion& motion = motion_.Back();
   motion.states = states_;
   motion.base_covariance = report.pose.covariance;
+  motion.base_worst = report.pose.worst_covariance;
   motion.base_doubted = report.pose.doubted;
   motion_.Publish();
   report_.Write(report);

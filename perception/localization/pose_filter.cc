@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "perception/localization/pose_filter.h"
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cassert>
 #include <cmath>
@@ -38,6 +39,13 @@ Mat<3, 6> Derivative(const Vec<6>& x, const BaseStep& told, double fast) {
   return F;
 }
 
+/// Whether no direction is less known by the fix than so. [m, phi at 1 m]
+bool TellsAll(const PoseFix& fix, double sigma_most) {
+  Eigen::SelfAdjointEigenSolver<Mat<3, 3>> solver;
+  solver.computeDirect(fix.information, Eigen::EigenvaluesOnly);
+  return solver.eigenvalues()(0) * Squared(sigma_most) > 1;
+}
+
 Vector3d Moved(const Vec<6>& x, const BaseStep& told, double fast) {
   return AlongArc(x.head<3>(), Scaled(x, told, fast));
 }
@@ -59,6 +67,7 @@ void PoseFilter::Reset(const BasePose& pose) {
   start.stamp = pose.stamp;
   start.x.head<3>() << pose.x_m, pose.y_m, pose.phi_rad;
   start.P.topLeftCorner<3, 3>() = pose.covariance;
+  start.W = pose.covariance;
   common_.setZero();
   start.P(3, 3) = start.P(4, 4) = Squared(config_.yaw_scale_sigma);
   start.P(5, 5) = Squared(config_.way_scale_sigma);
@@ -92,14 +101,17 @@ void PoseFilter::Predict(const Moment& from, Moment& to) const {
   const double turned = std::fabs(told.turn_rad);
   const Vector3d by_forward(c, s, 0);
   const Vector3d by_turn(-told.forward_m * s / 2, told.forward_m * c / 2, 1);
-  const double forward_var = slip_squared_ * Squared(config_.slip.m) * driven;
-  const double turn_var = slip_squared_ * (Squared(config_.slip.rad_per_m) * driven +
-                                           Squared(config_.slip.rad_per_rad) * turned);
+  const double forward_var = Squared(config_.slip.m) * driven;
+  const double turn_var =
+      Squared(config_.slip.rad_per_m) * driven + Squared(config_.slip.rad_per_rad) * turned;
+  const Mat<3, 3> slip =
+      by_forward * by_forward.transpose() * forward_var + by_turn * by_turn.transpose() * turn_var;
   const double walk_var = slip_squared_ * Squared(config_.yaw_scale_walk) * turned;
   const Mat<6, 6> FP = F.lazyProduct(from.P);
   to.P = FP.lazyProduct(F.transpose());
-  to.P.topLeftCorner<3, 3>() +=
-      by_forward * by_forward.transpose() * forward_var + by_turn * by_turn.transpose() * turn_var;
+  to.P.topLeftCorner<3, 3>() += slip_squared_ * slip;
+  const Mat<3, 3> G = F.topLeftCorner<3, 3>();
+  to.W = G.lazyProduct(from.W).lazyProduct(G.transpose()) + Squared(config_.slip_worst) * slip;
   to.P(3, 3) += Squared(1 - from.fast) * walk_var;
   to.P(4, 4) += Squared(from.fast) * walk_var;
   to.P(5, 5) += slip_squared_ * Squared(config_.way_scale_walk) * driven;
@@ -194,7 +206,9 @@ Status PoseFilter::Correct(const PoseFix& fix) {
   const bool has_moved = way_m_ > kHasMoved_m;
   const double way_m = std::exchange(way_m_, 0);
   const double moved = std::min(1.0, way_m / kLearningWay_m);
-  common_ = CommonWith(fix.placed, common_, moments_[i].P);
+  const Vector3d common = CommonWith(fix.placed, common_, moments_[i].P);
+  TakeOut(common - common_, moments_[i].W);
+  common_ = common;
   Replay(i);
   Instant then = At(i, fix);
   if (!then.gain.within_gate) {
@@ -202,7 +216,8 @@ Status PoseFilter::Correct(const PoseFix& fix) {
     Doubt(has_moved);
     const Vector3d& y = dissent_.offset();
     const bool near = y.head<2>().norm() < config_.lost_m && std::abs(y.z()) < config_.lost_rad;
-    if (dissent_.count() < config_.agreement || !near) {
+    const bool explained = then.by_worst.within_gate || TellsAll(fix, config_.lost_m);
+    if (dissent_.count() < config_.agreement || !near || !explained) {
       return Status::kInfeasible;
     }
     Slipped(i);
@@ -230,6 +245,9 @@ PoseFilter::Instant PoseFilter::At(int i, const PoseFix& fix) const {
   const Mat<3, 3> M = J.lazyProduct(then.PJ);
   then.pose = Moved(moment.x, step, fast);
   then.gain = GainOf(then.pose, M, fix, common_, config_.fix);
+  const Mat<3, 3> G = J.leftCols<3>();
+  then.WG = moment.W.lazyProduct(G.transpose());
+  then.by_worst = GainOf(then.pose, G.lazyProduct(then.WG), fix, common_, config_.fix);
   then.surprise = Surprise(then.gain, M);
   return then;
 }
@@ -243,6 +261,9 @@ void PoseFilter::Take(int i, const Instant& then) {
   moment.x.tail<3>() = moment.x.tail<3>().cwiseMax(-most).cwiseMin(most);
   moment.P -= K.lazyProduct(then.PJ.transpose()).eval();
   moment.P = (moment.P + moment.P.transpose()).eval() / 2;
+  const Mat<3, 3> WS = then.WG.lazyProduct(then.by_worst.S_inverse);
+  moment.W -= WS.lazyProduct(then.WG.transpose()).eval();
+  moment.W = (moment.W + moment.W.transpose()).eval() / 2;
   Replay(i);
 }
 
@@ -295,13 +316,20 @@ void PoseFilter::TellOdometry() {
 BasePose PoseFilter::pose() const {
   const Moment& now = Newest();
   BasePose pose{.stamp = now.stamp, .x_m = now.x(0), .y_m = now.x(1), .phi_rad = now.x(2)};
-  pose.covariance = now.P.topLeftCorner<3, 3>();
-  pose.covariance.diagonal() += common_;
+  pose.covariance = WithShared(now.P.topLeftCorner<3, 3>());
+  return pose;
+}
+
+Mat<3, 3> PoseFilter::worst_covariance() const { return WithShared(Newest().W); }
+
+/// What the pose has in common with its surroundings, and what all fixes share.
+Mat<3, 3> PoseFilter::WithShared(Mat<3, 3> covariance) const {
+  covariance.diagonal() += common_;
   if (fixes_ > 0) {
     const double of_place = Squared(config_.fix.sigma_m);
-    pose.covariance.diagonal() += Vector3d(of_place, of_place, Squared(config_.fix.sigma_rad));
+    covariance.diagonal() += Vector3d(of_place, of_place, Squared(config_.fix.sigma_rad));
   }
-  return pose;
+  return covariance;
 }
 
 BasePose PoseFilter::Extrapolate(Time when) const {

@@ -19,6 +19,7 @@ struct PoseFilterConfig {
   double slip_start = 1;  ///< the factor before anything is known
   double slip_least = 0.15;
   double slip_most = 10;
+  double slip_worst = 30;         ///< of a spill: a wheel may lose a third of 20 cm
   double slip_learning = 0.1;     ///< of its square, a fix
   double yaw_scale_sigma = 0.05;  ///< at start
   double yaw_scale_walk = 0.01;   ///< after 1 rad turned on a floor of usual grip
@@ -36,15 +37,17 @@ struct PoseFilterConfig {
 };
 
 constexpr bool Valid(const PoseFilterConfig& c) {
-  return Usable({c.slip_start, c.slip_least, c.slip_most, c.slip_learning, c.yaw_scale_sigma,
-                 c.yaw_scale_walk, c.yaw_scale_max, c.way_scale_sigma, c.way_scale_walk,
-                 c.way_scale_max, c.slow_radps, c.fast_radps, c.lost_m, c.lost_rad}) &&
+  return Usable({c.slip_start, c.slip_least, c.slip_most, c.slip_learning, c.slip_worst,
+                 c.yaw_scale_sigma, c.yaw_scale_walk, c.yaw_scale_max, c.way_scale_sigma,
+                 c.way_scale_walk, c.way_scale_max, c.slow_radps, c.fast_radps, c.lost_m,
+                 c.lost_rad}) &&
          Valid(c.odometry) && Valid(c.slip) && c.slip_least > 0 && c.slip_start >= c.slip_least &&
-         c.slip_most >= c.slip_start && c.slip_learning >= 0 && c.yaw_scale_sigma >= 0 &&
-         c.yaw_scale_walk >= 0 && c.yaw_scale_max > 0 && c.yaw_scale_max < 1 &&
-         c.way_scale_sigma >= 0 && c.way_scale_walk >= 0 && c.way_scale_max > 0 &&
-         c.way_scale_max < 1 && c.slow_radps >= 0 && c.fast_radps > c.slow_radps && Valid(c.fix) &&
-         c.patience >= 0 && c.agreement > 0 && c.lost_m > 0 && c.lost_rad > 0;
+         c.slip_most >= c.slip_start && c.slip_worst >= c.slip_most && c.slip_learning >= 0 &&
+         c.yaw_scale_sigma >= 0 && c.yaw_scale_walk >= 0 && c.yaw_scale_max > 0 &&
+         c.yaw_scale_max < 1 && c.way_scale_sigma >= 0 && c.way_scale_walk >= 0 &&
+         c.way_scale_max > 0 && c.way_scale_max < 1 && c.slow_radps >= 0 &&
+         c.fast_radps > c.slow_radps && Valid(c.fix) && c.patience >= 0 && c.agreement > 0 &&
+         c.lost_m > 0 && c.lost_rad > 0;
 }
 
 /// Base pose from wheel odometry, corrected by registered scans: an extended Kalman filter over
@@ -78,9 +81,16 @@ constexpr bool Valid(const PoseFilterConfig& c) {
 /// has moved: that it slipped is as likely as a false fix. So do some refused fixes in a row; a
 /// scan that fits nowhere is one, too. While doubted() the robot is to stand, and the next fixes
 /// tell: some in a row within the gate end the doubt, the pose was right; some in a row beyond it
-/// that agree with one another (Dissent) are believed. Then a wheel has slipped by as much as
-/// explains their offset y, in the directions of which they tell nothing, too; with b half the
-/// track,
+/// that agree with one another (Dissent) are believed, if they tell the whole pose, or if a slip
+/// explains them. Those that tell a part of it may be of something that stands elsewhere than the
+/// map has it; and a wheel that does not turn does not slip. So a second covariance is kept beside
+/// P, of a base whose floor has been as slippery as any all the way,
+///
+///   W <- F W F' + slip_worst² V diag(slip variances) V',   W -= W S_W⁻¹ W by each fix taken
+///
+/// and a part of the pose that is beyond the gate by W, too, is no slip's. Where the fixes are
+/// believed, a wheel has slipped by as much as explains their offset y, in the directions of which
+/// they tell nothing, too; with b half the track,
 ///
 ///   P += diag(e², e², e²/b²),   e = max(|(y_x, y_y)|, b |y_phi|),   f and P likewise
 ///
@@ -106,6 +116,8 @@ class PoseFilter {
   BasePose pose() const;
   /// Shortly after it, along its twist.
   BasePose Extrapolate(Time when) const;
+  /// Its covariance if the wheels have slipped as much as they can: by W.
+  Mat<3, 3> worst_covariance() const;
   double yaw_scale_slow() const { return 1 + Newest().x(3); }
   double yaw_scale_fast() const { return 1 + Newest().x(4); }
   double way_scale() const { return 1 + Newest().x(5); }
@@ -132,6 +144,7 @@ class PoseFilter {
     Time stamp{};
     Vec<6> x = Vec<6>::Zero();
     Mat<6, 6> P = Mat<6, 6>::Zero();
+    Mat<3, 3> W = Mat<3, 3>::Zero();
     BaseStep step;    ///< from here to the next moment
     double fast = 0;  ///< k = (1 - fast) k_slow + fast k_fast on it
   };
@@ -141,6 +154,8 @@ class PoseFilter {
     Vector3d pose = Vector3d::Zero();
     Mat<6, 3> PJ = Mat<6, 3>::Zero();
     FixGain gain;
+    Mat<3, 3> WG = Mat<3, 3>::Zero();
+    FixGain by_worst;  ///< with W
     double surprise = 1;
   };
 
@@ -150,6 +165,7 @@ class PoseFilter {
   double Fast(double w_radps) const;
   void Predict(const Moment& from, Moment& to) const;
   void Replay(int from);
+  Mat<3, 3> WithShared(Mat<3, 3> covariance) const;
   static double Surprise(const FixGain& gain, const Mat<3, 3>& M);
   void Learn(double surplus);
   void TellOdometry();

@@ -8,8 +8,9 @@
 namespace pipewright {
 namespace {
 
-constexpr int kNormalSpan = 4;  ///< readings
-constexpr double kMore = 1.1;   ///< times the points on known surfaces
+constexpr int kNormalSpan = 4;   ///< readings
+constexpr double kMore = 1.1;    ///< times the points on known surfaces
+constexpr double kFarthest = 3;  ///< standard deviations of a guess, to search
 
 /// Normal of the surface about a reading, towards the sensor, from the readings kNormalSpan beside
 /// it each way. @returns false where there are none
@@ -33,6 +34,14 @@ bool NormalAt(const Cloud& cloud, int i, Eigen::Vector3f& n_S) {
     n_S = -n_S;
   }
   return true;
+}
+
+/// As far as the grid's steps may have to go.
+PoseSearchConfig Within(const Mat<3, 3>& covariance, PoseSearchConfig search) {
+  const double way_var = std::max(covariance(0, 0), covariance(1, 1));
+  search.way_m = std::min(search.way_m, kFarthest * std::sqrt(way_var));
+  search.turn_rad = std::min(search.turn_rad, kFarthest * std::sqrt(covariance(2, 2)));
+  return search;
 }
 
 }  // namespace
@@ -140,7 +149,8 @@ void ScanLocalizer::Extend(const Cloud& cloud, const Isometry3d& X_WS) {
 
 /// Near the guess; one in doubt within the search's grid, if more of the scan fits there.
 Status ScanLocalizer::Find(std::span<const ScanPoint> scan, const Isometry3d& X_BS,
-                           const BasePose& guess, bool doubted, PoseFix& fix) {
+                           const BasePose& guess, bool doubted, const Mat<3, 3>& worst,
+                           PoseFix& fix) {
   const Vector3d pose(guess.x_m, guess.y_m, guess.phi_rad);
   RegistrationConfig config = config_.registration;
   config.reach_m = Reach(guess.covariance);
@@ -148,7 +158,7 @@ Status ScanLocalizer::Find(std::span<const ScanPoint> scan, const Isometry3d& X_
   if (!doubted) {
     return near;
   }
-  const Vector3d start = BestStart(map_, pipes_, scan, X_BS, pose, config_.search);
+  const Vector3d start = BestStart(map_, pipes_, scan, X_BS, pose, Within(worst, config_.search));
   config.reach_m = config_.search.width_m;
   PoseFix far_fix;
   RegistrationFigures far_figures;
@@ -163,7 +173,7 @@ Status ScanLocalizer::Find(std::span<const ScanPoint> scan, const Isometry3d& X_
 }
 
 Status ScanLocalizer::Step(const Cloud& cloud, const Isometry3d& X_BS, const BasePose& guess,
-                           bool doubted, PoseFix& fix) {
+                           bool doubted, const Mat<3, 3>& worst, PoseFix& fix) {
   ++counters_.scans;
   added_ = false;
   pose_ = {guess.x_m, guess.y_m, guess.phi_rad};
@@ -172,7 +182,7 @@ Status ScanLocalizer::Step(const Cloud& cloud, const Isometry3d& X_BS, const Bas
   MarkUsable(cloud);
   const int count = Select(cloud);
   const std::span<const ScanPoint> scan(scan_.data(), static_cast<std::size_t>(count));
-  const Status status = Find(scan, X_BS, guess, doubted, fix);
+  const Status status = Find(scan, X_BS, guess, doubted, worst, fix);
   fix.stamp = cloud.stamp;
   if (status == Status::kOk) {
     ++counters_.fixes;

@@ -55,8 +55,8 @@ struct ScanLocalizerCounters {
 /// A frame is added where guess and fix together put it, each as far as it is known: by fixes alone
 /// the reference would creep, a little with each. One that sees nothing known is added where the
 /// guess has it; one that does not fit, jumps, or is beyond the gate, not at all; nor is any while
-/// the guess is in doubt. Then it is found in a wider space, too (BestStart), and the fix is of
-/// what more points are on.
+/// the guess is in doubt. Then it is found in a wider space, too (BestStart), as wide as the wheels
+/// may have slipped, and the fix is of what more points are on.
 ///
 /// A reference may be wrong, too: what was added while the base slipped unseen. Where frame after
 /// frame in doubt fits in part only, the surfels that contradict them are forgotten, and the pipes
@@ -70,9 +70,10 @@ class ScanLocalizer {
   /// @param cloud  readings in S, X_WS not used
   /// @param guess    of the base at the cloud's stamp, with its covariance
   /// @param doubted  it does not agree with what the frames before told: see PoseFilter
+  /// @param worst    its covariance then: see PoseFilter::worst_covariance()
   /// @returns that of Register()
   Status Step(const Cloud& cloud, const Isometry3d& X_BS, const BasePose& guess, bool doubted,
-              PoseFix& fix);
+              const Mat<3, 3>& worst, PoseFix& fix);
 
   /// How noisy the readings are from here on: σ(z)/z², 1/m.
   void Assume(double range_noise_1pm) { config_.range_noise_1pm = range_noise_1pm; }
@@ -98,7 +99,7 @@ class ScanLocalizer {
   void Repair(std::span<const ScanPoint> scan, const Isometry3d& X_WS);
   double Reach(const Mat<3, 3>& covariance) const;
   Status Find(std::span<const ScanPoint> scan, const Isometry3d& X_BS, const BasePose& guess,
-              bool doubted, PoseFix& fix);
+              bool doubted, const Mat<3, 3>& worst, PoseFix& fix);
   float Sigma(const Eigen::Vector3f& p_SQ) const;
 
   ScanLocalizerConfig config_;

@@ -56,6 +56,25 @@ TEST(CommonWith, NothingIsCommonWithWhatIsPlacedExactly) {
   EXPECT_EQ(P, before);
 }
 
+TEST(TakeOut, LeavesNothingWhereThereIsLess) {
+  Rng rng(9);
+  for (int k = 0; k < 1000; ++k) {
+    Mat<4, 4> P = AnyCovariance(rng);
+    if (k % 2 == 0) {
+      P.row(1).setZero();
+      P.col(1).setZero();
+    }
+    const Mat<4, 4> before = P;
+    const Vector3d more(before(0, 0) / 2, before(1, 1) + rng.Uniform(), -rng.Uniform());
+    TakeOut(more, P);
+    EXPECT_NEAR(P(0, 0), before(0, 0) / 2, 1e-12);
+    EXPECT_TRUE(P.row(1).isZero() && P.col(1).isZero());
+    EXPECT_NEAR(P(2, 2), before(2, 2) - more(2), 1e-12);
+    const Eigen::SelfAdjointEigenSolver<Mat<4, 4>> solver(P, Eigen::EigenvaluesOnly);
+    EXPECT_GT(solver.eigenvalues()(0), -1e-12);
+  }
+}
+
 TEST(CommonWith, APoseThatIsKnownExactlyStaysSo) {
   Mat<3, 3> P = Mat<3, 3>::Zero();
   EXPECT_EQ(CommonWith({.m2 = 1, .rad2 = 1}, Vector3d::Zero(), P), Vector3d::Zero());

@@ -32,6 +32,13 @@ struct Ride {
       ASSERT_EQ(See(Vector3d::Zero(), v_mps), Status::kOk);
     }
   }
+  /// Reports without a frame, on which the base turns by what no wheel tells.
+  void OnASpill(int reports, double v_mps, double turn_rad) {
+    for (int k = 0; k < reports; ++k) {
+      (void)drive.Run(filter, v_mps, 0);
+      drive.truth.z() += turn_rad / reports;
+    }
+  }
   Vector3d Error() const { return PoseOf(filter) - drive.truth; }
 
   PoseFilter filter{Fine()};
@@ -91,32 +98,76 @@ TEST(PoseDoubt, FixesOfOneOpinionAreBelieved) {
   }
 }
 
-/// They know nothing of x: there the base may have gone as far as it did along y.
+/// A spill on the way turns the base, of which the fixes tell; of x they tell nothing, and there
+/// the wheels may have lost as much.
 TEST(PoseDoubt, BelievedFixesLeaveItUnsureWhereTheyTellNothing) {
+  constexpr double kTurned_rad = 0.1;
   Ride ride;
   ride.SeeWell(60);
-  PoseFix fix{.pose = ride.drive.truth + Vector3d(0, 0.08, 0)};
+  const double before = std::sqrt(ride.filter.pose().covariance(0, 0));
+  ride.OnASpill(25, 0.3, kTurned_rad);
+  PoseFix fix{.pose = ride.drive.truth};
   fix.information = Vector3d(0, 1e6, 1e6).asDiagonal();
   for (int k = 0; k < 2 * PoseFilterConfig{}.agreement; ++k) {
     (void)ride.drive.Run(ride.filter, 0, 0);
     fix.stamp = ride.drive.now;
     (void)ride.filter.Correct(fix);
   }
-  EXPECT_NEAR(ride.Error().y(), 0.08, 2e-3);
-  EXPECT_NEAR(ride.Error().x(), 0, 1e-3);
-  EXPECT_NEAR(std::sqrt(ride.filter.pose().covariance(0, 0)), 0.08, 0.01);
+  ASSERT_EQ(ride.filter.slips(), 1U);
+  EXPECT_NEAR(ride.Error().y(), 0, 2e-3);
+  EXPECT_NEAR(ride.Error().z(), 0, 5e-3);
+  const double now = std::sqrt(ride.filter.pose().covariance(0, 0));
+  EXPECT_GT(now, 4 * before);
+  EXPECT_LT(now, 0.03) << "of 15 cm on the way";
   EXPECT_LT(std::sqrt(ride.filter.pose().covariance(1, 1)), 8e-3);
 }
 
-/// A base that backs away from the only wall in sight, 1.5 m ahead of it, and turns as the left
-/// wheel slips. The wall comes nearer than it should, which the slip's turn and a way would both
-/// explain: the truth must stay within what the filter states, and heading must be taken to have
-/// turned.
+/// Of one opinion, but of a part of the pose only, by a base that stands: no wheel slipped, so what
+/// they were found among is elsewhere.
+TEST(PoseDoubt, FixesOfAPartThatNoWheelCanHaveSlippedByAreNotBelieved) {
+  Ride ride;
+  ride.SeeWell(60);
+  PoseFix fix{.pose = ride.drive.truth + Vector3d(-0.05, 0, 0.01)};
+  fix.information = Vector3d(1e6, 0, 1e4).asDiagonal();
+  for (int k = 0; k < 50; ++k) {
+    (void)ride.drive.Run(ride.filter, 0, 0);
+    fix.stamp = ride.drive.now;
+    EXPECT_EQ(ride.filter.Correct(fix), Status::kInfeasible);
+  }
+  EXPECT_LT(ride.Error().norm(), 1e-3);
+  EXPECT_TRUE(ride.filter.doubted());
+  EXPECT_EQ(ride.filter.slips(), 0U);
+}
+
+/// The worst covariance grows with the wheels' way alone, and fixes take it back.
+TEST(PoseDoubt, TheWorstIsAsFarAsWheelsTurn) {
+  Ride ride;
+  ride.SeeWell(60, 0);
+  const Mat<3, 3> sure = ride.filter.worst_covariance();
+  for (int k = 0; k < 500; ++k) {
+    (void)ride.drive.Run(ride.filter, 0, 0);
+  }
+  EXPECT_LT((ride.filter.worst_covariance() - sure).norm(), 1e-9);
+  for (int k = 0; k < 50; ++k) {
+    (void)ride.drive.Run(ride.filter, 0.3, 0);
+  }
+  const double turn_rad = std::sqrt(ride.filter.worst_covariance()(2, 2));
+  const PoseFilterConfig config;
+  EXPECT_NEAR(turn_rad, config.slip_worst * config.slip.rad_per_m * std::sqrt(0.3), 0.1 * turn_rad);
+  EXPECT_GT(turn_rad, 5 * std::sqrt(ride.filter.pose().covariance(2, 2)));
+  ride.SeeWell(2, 0);
+  EXPECT_LT(std::sqrt(ride.filter.worst_covariance()(2, 2)), 5e-3);
+}
+
+/// A base that drives towards the only wall in sight, and turns as the left wheel slips. The wall
+/// is farther than it should be, which the slip's turn and a way would both explain: the truth must
+/// stay within what the filter states, and heading must be taken to have turned.
 TEST(PoseDoubt, AWheelThatSlipsTurnsTheBaseMoreThanItKeepsItBack) {
   constexpr double kLost_m = 0.03;
   constexpr double kLever_m = 0.8;  // beside the wall's point that is seen
   Ride ride;
   ride.SeeWell(60);
+  ride.OnASpill(17, 0.3, 0);
   const Vector3d slip(-kLost_m / 2, 0, kLost_m / kTrack_m);
   const Vector3d d(1, 0, kLever_m);
   for (int k = 0; k < 2 * PoseFilterConfig{}.agreement; ++k) {

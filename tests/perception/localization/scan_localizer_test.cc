@@ -68,6 +68,7 @@ void See(const std::vector<Wall>& walls, const Isometry3d& X_WS, Time stamp, Rng
 constexpr double kSure = 1e-3;
 constexpr double kOnTheWay = 4e-3;
 constexpr double kSlipped = 0.05;
+constexpr double kSpilled = 0.15;
 
 BasePose Guess(const Vector3d& pose, double sigma) {
   BasePose guess{.x_m = pose.x(), .y_m = pose.y(), .phi_rad = pose.z()};
@@ -78,10 +79,11 @@ BasePose Guess(const Vector3d& pose, double sigma) {
 class ScanLocalizerTest : public testing::Test {
  protected:
   Status Look(const Vector3d& truth, const Vector3d& guess, double pan_rad, double sigma = kSure,
-              bool doubted = false) {
+              bool doubted = false, double worst = kSpilled) {
     now_ += std::chrono::milliseconds(67);
     See(kCell, BaseAt(truth) * Mount(pan_rad), now_, rng_, *cloud_);
-    return localizer_->Step(*cloud_, Mount(pan_rad), Guess(guess, sigma), doubted, fix_);
+    return localizer_->Step(*cloud_, Mount(pan_rad), Guess(guess, sigma), doubted,
+                            Guess(guess, worst).covariance, fix_);
   }
 
   Rng rng_{9};
@@ -143,7 +145,7 @@ TEST_F(ScanLocalizerTest, PlacesASurfaceAtItsLimitOfRangeWhereItIs) {
   const double limit_m = ScanLocalizerConfig{}.range_m;
   for (int k = 0; k < 60; ++k) {
     See(back, Mount(0), now_ += std::chrono::milliseconds(67), rng_, *cloud_);
-    (void)localizer_->Step(*cloud_, Mount(0), {}, false, fix_);
+    (void)localizer_->Step(*cloud_, Mount(0), {}, false, Mat<3, 3>::Zero(), fix_);
   }
   double sum_m = 0;
   int count = 0;
@@ -188,7 +190,8 @@ TEST_F(ScanLocalizerTest, FindsItselfAgain) {
   }
 }
 
-/// By a whole spill: the guess is far off and thinks itself sure. In doubt, it is looked for.
+/// By a whole spill: the guess is far off and thinks itself sure. In doubt, it is looked for, as
+/// far as the wheels may have slipped.
 TEST_F(ScanLocalizerTest, AGuessInDoubtIsFoundFromFarAndPlacesNothing) {
   for (int k = 0; k < 60; ++k) {
     (void)Look(Vector3d::Zero(), Vector3d::Zero(), 0.4 * std::sin(0.3 * k));
@@ -206,6 +209,11 @@ TEST_F(ScanLocalizerTest, AGuessInDoubtIsFoundFromFarAndPlacesNothing) {
     EXPECT_FALSE(localizer_->added());
   }
   EXPECT_GT(localizer_->counters().jumps, jumps);
+  // Where no wheel can have slipped, it is not looked for there.
+  const Vector3d far(-0.1, 0.1, 0.25);
+  const bool found = Look(far, Vector3d::Zero(), 0, kSure, true, kSure) == Status::kOk &&
+                     (fix_.pose - far).norm() < 0.05;
+  EXPECT_FALSE(found);
   // Nor is one that finds itself where it was thought to be, or that sees nothing known.
   EXPECT_EQ(Look(Vector3d::Zero(), Vector3d::Zero(), 0, kSure, true), Status::kOk);
   EXPECT_FALSE(localizer_->added());
@@ -272,8 +280,8 @@ TEST_F(ScanLocalizerTest, AFrameThatDoesNotFitPlacesNothing) {
   for (int i = 0; i < cloud_->size(); ++i) {
     cloud_->p_SQ[i] *= 1 + static_cast<float>(rng_.Uniform(-0.1, 0.1));
   }
-  const Status status =
-      localizer_->Step(*cloud_, Mount(0), Guess(Vector3d::Zero(), kSlipped), false, fix_);
+  const Status status = localizer_->Step(*cloud_, Mount(0), Guess(Vector3d::Zero(), kSlipped),
+                                         false, Mat<3, 3>::Zero(), fix_);
   EXPECT_TRUE(status == Status::kFault || status == Status::kIterationLimit) << Name(status);
   EXPECT_EQ(localizer_->counters().refused, 1U);
   EXPECT_EQ(localizer_->map().cells(), cells);
