@@ -58,7 +58,7 @@ void TakeOut(const Vector3d& more, Mat<N, N>& P) {
 template <int N>
 Vector3d CommonWith(const Placement& surfaces, const Vector3d& common, Mat<N, N>& P) {
   const Vector3d theirs = Variances(surfaces);
-  const Vector3d both = theirs.cwiseMin(P.diagonal().template head<3>() + common);
+  Vector3d both = theirs.cwiseMin(P.diagonal().template head<3>() + common);
   TakeOut(both - common, P);
   return both;
 }
