@@ -73,21 +73,32 @@ class CollisionChecker {
   static constexpr Kind kAllKinds[kKinds] = {kJoints, kColumns, kBasePlanes, kVoxels,
                                              kPlanes, kPipes,   kSelf};
 
+  /// The body in a configuration, with what of it is asked of the world.
+  struct Posture {
+    explicit Posture(const Configuration& q);
+
+    Body body;
+    std::array<Vector3d, RobotShapes::kMaxSpheres> p_WSpheres;  ///< centres of the spheres
+    Vector3d p_WMiddle = Vector3d::Zero();                      ///< a ball around all centres
+    double reach_m = 0;
+    double largest_r_m = 0;  ///< of the spheres
+  };
+
   /// What a search for the least spare distance may leave out: it is exact between the two.
   struct Range {
     double too_little = -1e9;
     double enough = 1e9;
   };
 
-  double Spare(Kind kind, const Configuration& q, const Body& body, const Range& range) const;
+  double Spare(Kind kind, const Configuration& q, const Posture& posture, const Range& range) const;
   double JointSpare(const Configuration& q) const;
   double ColumnSpare(const Body& body) const;
   double BasePlaneSpare(const Body& body) const;
-  double VoxelSpare(const Body& body, const Range& range) const;
-  double PlaneSpare(const Body& body) const;
-  double PipeSpare(const Body& body) const;
+  double VoxelSpare(const Posture& posture, const Range& range) const;
+  double PlaneSpare(const Posture& posture, const Range& range) const;
+  double PipeSpare(const Posture& posture, const Range& range) const;
   double SelfSpare(const Body& body, const Range& range) const;
-  bool ShapesFree(const Body& body, double margin_m) const;
+  bool ShapesFree(const Posture& posture, double margin_m) const;
 
   Surroundings around_;
   CollisionConfig config_;
