@@ -29,5 +29,10 @@ if(PIPEWRIGHT_HOST)
     DEPENDS GTest::gtest HEADERS ${standard} ${eigen} ${host} <gtest/gtest.h>)
 endif()
 
-# ccache finds an object made with such headers only if told where gcc took them.
-target_compile_options(pipewright_options INTERFACE -fpch-preprocess)
+# ccache finds an object made with such headers only if told where gcc took them, and if clang leaves
+# the time of day out of them.
+if(CMAKE_CXX_COMPILER_ID STREQUAL GNU)
+  target_compile_options(pipewright_options INTERFACE -fpch-preprocess)
+else()
+  target_compile_options(pipewright_options INTERFACE "SHELL:-Xclang -fno-pch-timestamp")
+endif()

@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <numbers>
+
 namespace pipewright::hil {
 namespace {
 
@@ -34,7 +36,7 @@ StartCheck Check(double x_m, std::vector<double> joints_rad, double clearance_m 
   wall.kind = SolidKind::kPlane;
   wall.name = "wall";
   wall.X_WG.linear() =
-      Eigen::Quaterniond::FromTwoVectors(Vector3d::UnitZ(), Vector3d::UnitX()).toRotationMatrix();
+      Eigen::AngleAxisd(std::numbers::pi / 2, Vector3d::UnitY()).toRotationMatrix();
   scenario.solids.push_back(wall);
   const double home = 1;
   return CheckStart(scenario, Ball(), {&home, 1});
