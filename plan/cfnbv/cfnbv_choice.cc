@@ -27,12 +27,13 @@ int Cfnbv::Evaluate(const PlanInput& input) {
   int count = 0;
   for (Candidate& c : m.candidates) {
     c.view = ViewpointOf(c.q);
-    c.gain = m.gains.EvaluateExact(c.view, m.camera);
+    const RaySet& open = m.OpenAt(c.q);
+    c.gain = m.gains.EvaluateExact(c.view, open);
     c.weighted = WeightedGain(config_.gain, c.gain);
     bool worthwhile = c.gain.unknown_voxels >= config_.stop_unknown ||
                       c.gain.uncovered_voxels >= config_.stop_uncovered;
     if (cramped) {
-      const int room = m.gains.RoomCount(c.view.X_WS, m.camera, config_.room_range_m);
+      const int room = m.gains.RoomCount(c.view.X_WS, open, config_.room_range_m);
       c.room = !worthwhile && room >= config_.stop_room;
       c.weighted += config_.room_share * room;
       worthwhile = worthwhile || c.room;
@@ -49,7 +50,7 @@ int Cfnbv::Evaluate(const PlanInput& input) {
   return count;
 }
 
-/// Calls visit(view, look) along the path; where look is true, the camera counts too.
+/// Calls visit(q, look) along the path; where look is true, the camera counts too.
 template <typename Visit>
 void Cfnbv::WalkWay(const MotionPlanner::Path& path, Visit visit) {
   memory_->gains.BeginWay();
@@ -59,7 +60,7 @@ void Cfnbv::WalkWay(const MotionPlanner::Path& path, Visit visit) {
     const int steps = std::max(1, static_cast<int>(edge.duration_s() / kWayStep_s));
     for (int k = 1; k <= steps; ++k, ++sample) {
       const bool look = sample % kStepsPerLook == 0 || (i + 2 == path.size() && k == steps);
-      visit(ViewpointOf(edge.At(static_cast<double>(k) / steps)), look);
+      visit(edge.At(static_cast<double>(k) / steps), look);
     }
   }
 }
@@ -74,8 +75,9 @@ ViewGain Cfnbv::WayGain(const MotionPlanner::Path& path) {
     sum.unknown_voxels += gain.unknown_voxels;
     sum.uncovered_voxels += gain.uncovered_voxels;
   };
-  WalkWay(path, [&](const Viewpoint& view, bool look) {
-    add(look ? m.gains.NextOnWay(view, m.camera) : m.gains.NextOnWay(view.p_WP));
+  WalkWay(path, [&](const Configuration& q, bool look) {
+    const Viewpoint view = ViewpointOf(q);
+    add(look ? m.gains.NextOnWay(view, m.OpenAt(q)) : m.gains.NextOnWay(view.p_WP));
   });
   return sum;
 }
@@ -83,12 +85,15 @@ ViewGain Cfnbv::WayGain(const MotionPlanner::Path& path) {
 /// Tallies what the way to q should have settled, and has not.
 void Cfnbv::TallyWay(const Configuration& q) {
   Memory& m = *memory_;
-  WalkWay(m.last_path, [&](const Viewpoint& view, bool look) {
+  const auto tally = [&](const Configuration& at) {
+    m.gains.TallyOnWay(ViewpointOf(at), m.OpenAt(at), m.failures.unsettled());
+  };
+  WalkWay(m.last_path, [&](const Configuration& at, bool look) {
     if (look) {
-      m.gains.TallyOnWay(view, m.camera, m.failures.unsettled());
+      tally(at);
     }
   });
-  m.gains.TallyOnWay(ViewpointOf(q), m.camera, m.failures.unsettled());
+  tally(q);
 }
 
 /// Plans ways to the candidates of the best scores, and takes the one that gains most a second over
@@ -117,7 +122,7 @@ bool Cfnbv::Choose(const PlanInput& input, Rng& rng, PlanStep& step) {
         Accept(c, way, duration_s, step);
       }
     } else {
-      m.gains.Tally(c.view, m.camera, m.failures.pathless());
+      m.gains.Tally(c.view, m.OpenAt(c.q), m.failures.pathless());
       m.room_goals += c.room ? 1 : 0;
       step.status = status == Status::kFull ? Status::kFull : step.status;
     }

@@ -6,6 +6,7 @@
 
 #include "plan/cfnbv/cfnbv.h"
 #include "plan/cfnbv/failures.h"
+#include "plan/cfnbv/open_rays.h"
 #include "plan/gain/gain.h"
 #include "plan/gain/surface.h"
 #include "plan/motion/edge.h"
@@ -39,12 +40,19 @@ struct Cfnbv::Memory {
     residual.reserve(static_cast<std::size_t>(gains.workspace_voxels()));
   }
 
+  /// What of the camera the robot does not cover itself in q; until the next call.
+  const RaySet& OpenAt(const Configuration& q) {
+    OpenRays(q, camera, open);
+    return open;
+  }
+
   GainEvaluator gains;
   SurfaceToCover surface;
   Vector3d passed[kMaxPassed];  ///< places of the probe since the last plan
   int passed_count = 0;         ///< ever; the newest kMaxPassed are held
   MotionPlanner motion;
   RaySet camera;
+  RaySet open;
   Failures failures;
   FixedVector<Candidate, kMaxCandidates> candidates;
   FixedVector<Configuration, kMaxKept> kept;
