@@ -65,7 +65,8 @@ constexpr bool Valid(const CfnbvConfig& c) {
 /// the frontier (by inverse kinematics), random near the robot and anywhere, and the best that were
 /// left over. Each is scored by its distinct gain (23) over the least time that going there can
 /// take. For the best few a path is planned; the goal is the one whose whole way, all that camera
-/// and probe meet on it, gains most a second.
+/// and probe meet on it, gains most a second. The camera counts by its rays that the robot itself
+/// does not cover in that configuration (OpenRays).
 ///
 /// Voxels that views fail to settle stop counting: unknown or uncovered ones that are in sight of
 /// `tries_per_voxel` views the robot was at, and ones whose views have no path (these count again
