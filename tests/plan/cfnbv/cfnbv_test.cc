@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "plan/cfnbv/failures.h"
+#include "plan/cfnbv/open_rays.h"
 #include "plan/cfnbv/proposals.h"
 #include "plan/motion/collision.h"
 #include "tests/plan/cfnbv/toy_cell.h"
@@ -47,7 +48,9 @@ TEST(Cfnbv, GoalIsACollisionFreePathToAViewOfItsGain) {
 
     GainEvaluator gains(config.gain, test::ToyCell::Config());
     gains.Update(cell.map);
-    const ViewGain gain = gains.EvaluateExact(end, LatticeCameraRays(config.gain));
+    RaySet open;
+    OpenRays(step.goal.path.back(), LatticeCameraRays(config.gain), open);
+    const ViewGain gain = gains.EvaluateExact(end, open);
     EXPECT_GE(step.numbers.gain_visual,
               gain.visual_nats - 1e-9);  // the way gains more than its end
     EXPECT_GE(step.numbers.gain_coverage, gain.coverage_nats - 1e-9);
