@@ -175,7 +175,7 @@ void CanToRos::Write(Bus& from, Topic topic, std::int64_t time_ns) {
     name += fmt::format("/{}", kind.name);
     std::uint16_t& schema = schemas_[kind.type->name];
     if (schema == 0) {
-      schema = to_.AddSchema(kind.type->name, "ros2msg", kind.type->definition);
+      schema = to_.AddSchema(kind.type->name, "ros2msg", kind.type->Definition());
     }
     channel = to_.AddChannel(schema, name, "cdr") + 1;
     figures_.push_back({name, kind.type->name, 0});

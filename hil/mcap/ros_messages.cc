@@ -39,139 +39,88 @@ void PutTwist(CdrWriter& to, double v_mps, double omega_radps) {
   }
 }
 
+// clang-format off
+constexpr std::string_view kHeader = R"(MSG: std_msgs/Header
+builtin_interfaces/Time stamp
+string frame_id
+)";
+constexpr std::string_view kTime = R"(MSG: builtin_interfaces/Time
+int32 sec
+uint32 nanosec
+)";
+constexpr std::string_view kTwist = R"(MSG: geometry_msgs/Twist
+geometry_msgs/Vector3 linear
+geometry_msgs/Vector3 angular
+)";
+constexpr std::string_view kVector3 = R"(MSG: geometry_msgs/Vector3
+float64 x
+float64 y
+float64 z
+)";
+constexpr std::string_view kQuaternion = R"(MSG: geometry_msgs/Quaternion
+float64 x
+float64 y
+float64 z
+float64 w
+)";
+
 }  // namespace
 
-// clang-format off
-const RosType kRosJointState{"sensor_msgs/msg/JointState",
+const RosType kRosJointState{"sensor_msgs/msg/JointState", {
 R"(std_msgs/Header header
 string[] name
 float64[] position
 float64[] velocity
 float64[] effort
-================================================================================
-MSG: std_msgs/Header
-builtin_interfaces/Time stamp
-string frame_id
-================================================================================
-MSG: builtin_interfaces/Time
-int32 sec
-uint32 nanosec
-)"};
+)", kHeader, kTime}};
 
-const RosType kRosOdometry{"nav_msgs/msg/Odometry",
+const RosType kRosOdometry{"nav_msgs/msg/Odometry", {
 R"(std_msgs/Header header
 string child_frame_id
 geometry_msgs/PoseWithCovariance pose
 geometry_msgs/TwistWithCovariance twist
-================================================================================
-MSG: std_msgs/Header
-builtin_interfaces/Time stamp
-string frame_id
-================================================================================
-MSG: builtin_interfaces/Time
-int32 sec
-uint32 nanosec
-================================================================================
-MSG: geometry_msgs/PoseWithCovariance
+)", kHeader, kTime,
+R"(MSG: geometry_msgs/PoseWithCovariance
 geometry_msgs/Pose pose
 float64[36] covariance
-================================================================================
-MSG: geometry_msgs/Pose
+)",
+R"(MSG: geometry_msgs/Pose
 geometry_msgs/Point position
 geometry_msgs/Quaternion orientation
-================================================================================
-MSG: geometry_msgs/Point
+)",
+R"(MSG: geometry_msgs/Point
 float64 x
 float64 y
 float64 z
-================================================================================
-MSG: geometry_msgs/Quaternion
-float64 x
-float64 y
-float64 z
-float64 w
-================================================================================
-MSG: geometry_msgs/TwistWithCovariance
+)", kQuaternion,
+R"(MSG: geometry_msgs/TwistWithCovariance
 geometry_msgs/Twist twist
 float64[36] covariance
-================================================================================
-MSG: geometry_msgs/Twist
-geometry_msgs/Vector3 linear
-geometry_msgs/Vector3 angular
-================================================================================
-MSG: geometry_msgs/Vector3
-float64 x
-float64 y
-float64 z
-)"};
+)", kTwist, kVector3}};
 
-const RosType kRosTransforms{"tf2_msgs/msg/TFMessage",
+const RosType kRosTransforms{"tf2_msgs/msg/TFMessage", {
 R"(geometry_msgs/TransformStamped[] transforms
-================================================================================
-MSG: geometry_msgs/TransformStamped
+)",
+R"(MSG: geometry_msgs/TransformStamped
 std_msgs/Header header
 string child_frame_id
 geometry_msgs/Transform transform
-================================================================================
-MSG: std_msgs/Header
-builtin_interfaces/Time stamp
-string frame_id
-================================================================================
-MSG: builtin_interfaces/Time
-int32 sec
-uint32 nanosec
-================================================================================
-MSG: geometry_msgs/Transform
+)", kHeader, kTime,
+R"(MSG: geometry_msgs/Transform
 geometry_msgs/Vector3 translation
 geometry_msgs/Quaternion rotation
-================================================================================
-MSG: geometry_msgs/Vector3
-float64 x
-float64 y
-float64 z
-================================================================================
-MSG: geometry_msgs/Quaternion
-float64 x
-float64 y
-float64 z
-float64 w
-)"};
+)", kVector3, kQuaternion}};
 
-const RosType kRosTwistStamped{"geometry_msgs/msg/TwistStamped",
+const RosType kRosTwistStamped{"geometry_msgs/msg/TwistStamped", {
 R"(std_msgs/Header header
 geometry_msgs/Twist twist
-================================================================================
-MSG: std_msgs/Header
-builtin_interfaces/Time stamp
-string frame_id
-================================================================================
-MSG: builtin_interfaces/Time
-int32 sec
-uint32 nanosec
-================================================================================
-MSG: geometry_msgs/Twist
-geometry_msgs/Vector3 linear
-geometry_msgs/Vector3 angular
-================================================================================
-MSG: geometry_msgs/Vector3
-float64 x
-float64 y
-float64 z
-)"};
+)", kHeader, kTime, kTwist, kVector3}};
 
-const RosType kRosDiagnostics{"diagnostic_msgs/msg/DiagnosticArray",
+const RosType kRosDiagnostics{"diagnostic_msgs/msg/DiagnosticArray", {
 R"(std_msgs/Header header
 diagnostic_msgs/DiagnosticStatus[] status
-================================================================================
-MSG: std_msgs/Header
-builtin_interfaces/Time stamp
-string frame_id
-================================================================================
-MSG: builtin_interfaces/Time
-int32 sec
-uint32 nanosec
-================================================================================
-MSG: diagnostic_msgs/DiagnosticStatus
+)", kHeader, kTime,
+R"(MSG: diagnostic_msgs/DiagnosticStatus
 byte OK=0
 byte WARN=1
 byte ERROR=2
@@ -181,12 +130,23 @@ string name
 string message
 string hardware_id
 diagnostic_msgs/KeyValue[] values
-================================================================================
-MSG: diagnostic_msgs/KeyValue
+)",
+R"(MSG: diagnostic_msgs/KeyValue
 string key
 string value
-)"};
+)"}};
 // clang-format on
+
+std::string RosType::Definition() const {
+  std::string text;
+  for (const std::string_view part : parts) {
+    if (!text.empty() && !part.empty()) {
+      text.append(80, '=').append("\n");
+    }
+    text += part;
+  }
+  return text;
+}
 
 void WriteRos(CdrWriter& to, const RosJointState& message) {
   to.Begin();

@@ -14,10 +14,13 @@
 /// them. Units are ROS's, and ours: m, rad, s.
 namespace pipewright::hil {
 
-/// The name of a message's type and its definition with all it is made of, as rosbag2 stores it.
+/// The name of a message's type, its fields, and those of each type that it is made of.
 struct RosType {
   std::string_view name;
-  std::string_view definition;  ///< encoding "ros2msg"
+  std::array<std::string_view, 10> parts;  ///< what is not used is empty
+
+  /// All in one text as rosbag2 stores it, encoding "ros2msg".
+  std::string Definition() const;
 };
 extern const RosType kRosJointState;
 extern const RosType kRosOdometry;

@@ -27,8 +27,9 @@ TEST(RosMessages, HaveDefinitionsOfAllThatTheyAreMadeOf) {
        {&kRosJointState, &kRosOdometry, &kRosTransforms, &kRosTwistStamped, &kRosDiagnostics}) {
     SCOPED_TRACE(type->name);
     EXPECT_NE(type->name.find("/msg/"), std::string_view::npos);
-    EXPECT_NE(type->definition.find("MSG: std_msgs/Header\n"), std::string_view::npos);
-    EXPECT_NE(type->definition.find("MSG: builtin_interfaces/Time\n"), std::string_view::npos);
+    const std::string definition = type->Definition();
+    EXPECT_NE(definition.find("MSG: std_msgs/Header\n"), std::string::npos);
+    EXPECT_NE(definition.find("MSG: builtin_interfaces/Time\n"), std::string::npos);
   }
 }
 
