@@ -102,7 +102,7 @@ RosLevel LevelOf(const DecodedFrame& frame) {
 
 }  // namespace
 
-CanToRos::CanToRos(McapWriter& to, const ChannelNames& channels, const ControlModes& modes)
+CanToRos::CanToRos(RosTopics& to, const ChannelNames& channels, const ControlModes& modes)
     : to_(to), channels_(channels), modes_(modes) {}
 
 CanToRos::~CanToRos() = default;
@@ -144,14 +144,6 @@ void CanToRos::End() {
   }
 }
 
-std::vector<CanToRos::TopicFigures> CanToRos::Figures() const {
-  std::vector<TopicFigures> figures = figures_;
-  for (std::size_t channel = 0; channel < figures.size(); ++channel) {
-    figures[channel].messages = to_.messages(static_cast<std::uint16_t>(channel));
-  }
-  return figures;
-}
-
 CanToRos::Bus& CanToRos::BusOf(std::uint8_t channel) {
   const auto found = std::find_if(buses_.begin(), buses_.end(),
                                   [channel](const auto& bus) { return bus->channel == channel; });
@@ -173,14 +165,9 @@ void CanToRos::Write(Bus& from, Topic topic, std::int64_t time_ns) {
     });
     std::string name = first ? "" : fmt::format("/{}", channels_.Name(bus.channel));
     name += fmt::format("/{}", kind.name);
-    std::uint16_t& schema = schemas_[kind.type->name];
-    if (schema == 0) {
-      schema = to_.AddSchema(kind.type->name, "ros2msg", kind.type->Definition());
-    }
-    channel = to_.AddChannel(schema, name, "cdr") + 1;
-    figures_.push_back({name, kind.type->name, 0});
+    channel = to_.Channel(name, *kind.type) + 1;
   }
-  to_.Write(static_cast<std::uint16_t>(channel - 1), time_ns, cdr_.bytes());
+  to_.Write(static_cast<std::uint16_t>(channel - 1), time_ns, cdr_);
 }
 
 void CanToRos::TakeJoint(Bus& bus, Joints& joints, int node, std::int64_t time_ns,

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <array>
-#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -13,8 +12,7 @@
 #include "hil/canlog/code_names.h"
 #include "hil/canlog/id_table.h"
 #include "hil/canlog/log_frame.h"
-#include "hil/mcap/mcap_writer.h"
-#include "hil/mcap/ros_messages.h"
+#include "hil/cli/ros_topics.h"
 #include "perception/localization/wheel_odometry.h"
 #include "platform/can/cia402.h"
 #include "platform/can/tracer.h"
@@ -42,7 +40,7 @@ namespace pipewright::hil {
 /// Memory: that of the channels and ids.
 class CanToRos {
  public:
-  CanToRos(McapWriter& to, const ChannelNames& channels, const ControlModes& modes);
+  CanToRos(RosTopics& to, const ChannelNames& channels, const ControlModes& modes);
   ~CanToRos();
   CanToRos(const CanToRos&) = delete;
   CanToRos& operator=(const CanToRos&) = delete;
@@ -51,13 +49,6 @@ class CanToRos {
   void Take(const LogFrame& frame);
   /// Writes the messages that are not complete.
   void End();
-
-  struct TopicFigures {
-    std::string topic;
-    std::string_view type;
-    std::uint64_t messages = 0;
-  };
-  std::vector<TopicFigures> Figures() const;
 
  private:
   enum Topic { kJointStates, kJointCommands, kOdom, kTf, kCmdVel, kDiagnostics, kTopics };
@@ -96,13 +87,11 @@ class CanToRos {
   void Diagnose(Bus& bus, const LogFrame& frame);
   void DiagnoseError(Bus& bus, const LogFrame& frame);
 
-  McapWriter& to_;
+  RosTopics& to_;
   const ChannelNames& channels_;
   const ControlModes& modes_;
   CdrWriter cdr_;
-  std::map<std::string_view, std::uint16_t> schemas_;  ///< by the name of the type
-  std::vector<std::unique_ptr<Bus>> buses_;            ///< in the order in which they were met
-  std::vector<TopicFigures> figures_;                  ///< by MCAP channel
+  std::vector<std::unique_ptr<Bus>> buses_;  ///< in the order in which they were met
   IdTable<Told> told_;
   std::vector<std::pair<std::string, std::string>> values_;
 };

@@ -14,6 +14,7 @@
 #include "hil/cli/canlog_input.h"
 #include "hil/cli/canlog_load.h"
 #include "hil/cli/canlog_stats.h"
+#include "hil/replay/depth_recording.h"
 
 namespace pipewright::hil {
 namespace {
@@ -67,6 +68,34 @@ void AddCommonOptions(CLI::App& command, CanlogOptions& options) {
   command.add_flag("--json", options.json, "print one object, and nothing else, on stdout");
 }
 
+void AddExportOptions(CLI::App& command, CanlogOptions& options) {
+  command
+      .add_option("--every", options.every_s,
+                  "a row every so many s, with what was sent last; without this, a row for each\n"
+                  "time at which something was sent, and cells empty of what was not")
+      ->check(CLI::Range(1e-6, 1e6));
+  CLI::Option* const mcap = command.add_option(
+      "--mcap", options.mcap,
+      "instead, write an MCAP file of ROS 2 messages, for Foxglove, Rerun and PlotJuggler:\n"
+      "/joint_states, /joint_commands, /odom and /tf (by the robot's wheel odometry),\n"
+      "/cmd_vel, /diagnostics");
+  CLI::Option* const depth =
+      command
+          .add_option("--depth", options.depth,
+                      fmt::format("with --mcap: the depth frames of the same run, too ({} of\n"
+                                  "`inspect --record-depth`): /camera/points, and in /tf where\n"
+                                  "the camera is on the robot",
+                                  kDepthFileName))
+          ->needs(mcap);
+  command
+      .add_option("--points-every", options.points_every,
+                  "with --depth: every so many-th pixel each way. 640x480 of them are 3.7 MB a\n"
+                  "frame unpacked; 2, as the robot's own map takes them, a quarter of that")
+      ->needs(depth)
+      ->check(CLI::Range(1, 16))
+      ->capture_default_str();
+}
+
 /// The words of the command; the one that is given sets `work`.
 void AddWords(CLI::App& command, CanlogOptions& options, Work& work) {
   const auto add = [&command, &work](const char* name, const char* what, Work does) {
@@ -110,16 +139,7 @@ void AddWords(CLI::App& command, CanlogOptions& options, Work& work) {
       "the signals of base and arm as one table in CSV, a column a signal, in the order of time:\n"
       "opens in PlotJuggler. Or --mcap",
       CanlogExport);
-  exports
-      ->add_option("--every", options.every_s,
-                   "a row every so many s, with what was sent last; without this, a row for each\n"
-                   "time at which something was sent, and cells empty of what was not")
-      ->check(CLI::Range(1e-6, 1e6));
-  exports->add_option(
-      "--mcap", options.mcap,
-      "instead, write an MCAP file of ROS 2 messages, for Foxglove, Rerun and PlotJuggler:\n"
-      "/joint_states, /joint_commands, /odom and /tf (by the robot's wheel odometry),\n"
-      "/cmd_vel, /diagnostics");
+  AddExportOptions(*exports, options);
   add("dbc",
       "the frames of base and arm as a DBC file, for other programs that look into CAN; takes no\n"
       "log",
@@ -151,12 +171,13 @@ void AddCanlog(CLI::App& app, int* exit_code) {
       "be\n"
       "of any length: memory does not grow with it. Times of ASC count from the measurement's\n"
       "start. A line or packet that makes no sense is passed over and told on standard error.\n"
-      "Exit code: 0 done; 1 a part of the log makes no sense, it ends within a record, `gaps`\n"
-      "found something, or `diff` a difference in more than time; 2 the input is bad.\n"
+      "Exit code: 0 done; 1 a part of the log makes no sense, it or the depth frames break off,\n"
+      "`gaps` found something, or `diff` a difference in more than time; 2 the input is bad.\n"
       "Examples: pipewright canlog run/can.log --bitrate 500000\n"
       "          candump -L can0 | pipewright canlog - --json\n"
       "          pipewright canlog run/can.log export --signal position,velocity >joints.csv\n"
-      "          pipewright canlog run/can.log export --mcap run.mcap\n"
+      "          pipewright canlog run/can.log export --mcap run.mcap --depth "
+      "run/depth.z16.zst\n"
       "          pipewright canlog dbc --device tracer >tracer.dbc");
 }
 

@@ -28,6 +28,8 @@ struct CanlogOptions {
   double every_s = 0;         ///< 0: a row whenever something was sent
   std::string modes = "sdk";  ///< ControlModesNamed
   std::string mcap;           ///< the file that `export` is to write; empty: CSV instead
+  std::string depth;          ///< the depth frames that it has besides; empty: none
+  int points_every = 2;       ///< of these: every so many-th pixel each way
   std::string device;         ///< of a DBC file: "tracer", "uf7"; empty: both
 };
 

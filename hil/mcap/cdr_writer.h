@@ -32,6 +32,11 @@ class CdrWriter {
     bytes_.append(text);
     bytes_ += '\0';
   }
+  /// A sequence of bytes.
+  void PutBytes(std::string_view bytes) {
+    PutLength(bytes.size());
+    bytes_.append(bytes);
+  }
   /// The length of a sequence, whose elements come next.
   void PutLength(std::size_t elements) { Put(static_cast<std::uint32_t>(elements)); }
 

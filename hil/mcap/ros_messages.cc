@@ -26,9 +26,18 @@ void PutNumbers(CdrWriter& to, std::span<const double> values) {
 }
 
 /// On the floor, turned about z.
-void PutPose(CdrWriter& to, double x_m, double y_m, double yaw_rad) {
-  for (const double value :
-       {x_m, y_m, 0.0, 0.0, 0.0, std::sin(yaw_rad / 2), std::cos(yaw_rad / 2)}) {
+RosTransform FloorPose(const RosOdometry& from) {
+  return {.header = from.header,
+          .child_frame = from.child_frame,
+          .position_m = {from.x_m, from.y_m, 0},
+          .orientation = {0, 0, std::sin(from.yaw_rad / 2), std::cos(from.yaw_rad / 2)}};
+}
+
+void PutPose(CdrWriter& to, const RosTransform& pose) {
+  for (const double value : pose.position_m) {
+    to.Put(value);
+  }
+  for (const double value : pose.orientation) {
     to.Put(value);
   }
 }
@@ -135,6 +144,32 @@ R"(MSG: diagnostic_msgs/KeyValue
 string key
 string value
 )"}};
+
+const RosType kRosPointCloud{"sensor_msgs/msg/PointCloud2", {
+R"(std_msgs/Header header
+uint32 height
+uint32 width
+sensor_msgs/PointField[] fields
+bool is_bigendian
+uint32 point_step
+uint32 row_step
+uint8[] data
+bool is_dense
+)", kHeader, kTime,
+R"(MSG: sensor_msgs/PointField
+uint8 INT8=1
+uint8 UINT8=2
+uint8 INT16=3
+uint8 UINT16=4
+uint8 INT32=5
+uint8 UINT32=6
+uint8 FLOAT32=7
+uint8 FLOAT64=8
+string name
+uint32 offset
+uint8 datatype
+uint32 count
+)"}};
 // clang-format on
 
 std::string RosType::Definition() const {
@@ -164,7 +199,7 @@ void WriteRos(CdrWriter& to, const RosOdometry& message) {
   to.Begin();
   PutHeader(to, message.header);
   to.Put(message.child_frame);
-  PutPose(to, message.x_m, message.y_m, message.yaw_rad);
+  PutPose(to, FloorPose(message));
   constexpr std::size_t kNone = 3;
   constexpr std::size_t kOfPlane[6] = {0, 1, kNone, kNone, kNone, 2};  // x y z, turns about x y z
   for (const std::size_t row : kOfPlane) {
@@ -200,12 +235,41 @@ void WriteRos(CdrWriter& to, const RosDiagnostic& message) {
   }
 }
 
-void WriteRosTransform(CdrWriter& to, const RosOdometry& message) {
+void WriteRos(CdrWriter& to, const RosTransform& message) {
   to.Begin();
   to.PutLength(1);
   PutHeader(to, message.header);
   to.Put(message.child_frame);
-  PutPose(to, message.x_m, message.y_m, message.yaw_rad);
+  PutPose(to, message);
+}
+
+void WriteRosTransform(CdrWriter& to, const RosOdometry& message) {
+  WriteRos(to, FloorPose(message));
+}
+
+void WriteRos(CdrWriter& to, const RosPointCloud& message) {
+  constexpr std::uint8_t kFloat32 = 7;
+  constexpr std::uint32_t kNumberBytes = sizeof(float);
+  constexpr std::uint32_t kPointBytes = 3 * kNumberBytes;
+  const auto width = static_cast<std::uint32_t>(message.width);
+  to.Begin();
+  PutHeader(to, message.header);
+  to.Put(static_cast<std::uint32_t>(message.height));
+  to.Put(width);
+  to.PutLength(3);
+  std::uint32_t offset = 0;
+  for (const std::string_view name : {"x", "y", "z"}) {
+    to.Put(name);
+    to.Put(offset);
+    to.Put(kFloat32);
+    to.Put(std::uint32_t{1});  // a number of each
+    offset += kNumberBytes;
+  }
+  to.Put(std::uint8_t{0});  // little-endian, as they lie
+  to.Put(kPointBytes);
+  to.Put(kPointBytes * width);
+  to.PutBytes({reinterpret_cast<const char*>(message.xyz_m.data()), message.xyz_m.size_bytes()});
+  to.Put(std::uint8_t{0});  // not dense: points may be NaN
 }
 
 }  // namespace pipewright::hil

@@ -27,6 +27,7 @@ extern const RosType kRosOdometry;
 extern const RosType kRosTransforms;
 extern const RosType kRosTwistStamped;
 extern const RosType kRosDiagnostics;
+extern const RosType kRosPointCloud;
 
 struct RosHeader {
   std::int64_t stamp_ns = 0;  ///< seconds beyond int32 are its greatest: ROS's time has no more
@@ -53,6 +54,14 @@ struct RosOdometry {
   double omega_radps = 0;
 };
 
+/// The pose of `child_frame` in `header.frame`.
+struct RosTransform {
+  RosHeader header;
+  std::string_view child_frame;
+  std::array<double, 3> position_m{};
+  std::array<double, 4> orientation{};  ///< unit quaternion: x, y, z, w
+};
+
 struct RosTwist {
   RosHeader header;
   double v_mps = 0;
@@ -70,13 +79,23 @@ struct RosDiagnostic {
   std::span<const std::pair<std::string, std::string>> values;
 };
 
+/// Points by rows, as an image has them; NaN where there is none.
+struct RosPointCloud {
+  RosHeader header;
+  int width = 0;
+  int height = 0;
+  std::span<const float> xyz_m;  ///< 3 for each of width * height points
+};
+
 /// Each writes one message, from its beginning.
 void WriteRos(CdrWriter& to, const RosJointState& message);
 void WriteRos(CdrWriter& to, const RosOdometry& message);
 void WriteRos(CdrWriter& to, const RosTwist& message);
+void WriteRos(CdrWriter& to, const RosPointCloud& message);
 /// An array of one.
 void WriteRos(CdrWriter& to, const RosDiagnostic& message);
-/// The pose alone, as the transform from its child's frame: an array of one.
+void WriteRos(CdrWriter& to, const RosTransform& message);
+/// The pose alone, as a transform.
 void WriteRosTransform(CdrWriter& to, const RosOdometry& message);
 
 }  // namespace pipewright::hil

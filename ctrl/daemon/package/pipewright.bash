@@ -4,7 +4,7 @@ _pipewright() {
   local current=${COMP_WORDS[COMP_CWORD]} before=${COMP_WORDS[COMP_CWORD-1]}
   local program=${COMP_WORDS[0]} word= i
   case $before in
-    --config | --socket | --scenario | --faults | --out)
+    --config | --socket | --scenario | --faults | --out | --mcap | --depth)
       mapfile -t COMPREPLY < <(compgen -f -- "$current")
       return
       ;;

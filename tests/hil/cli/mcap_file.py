@@ -220,6 +220,12 @@ class RosType:
         self.at += size
         return value
 
+    def bytes(self, count):
+        taken = self.data[self.at:self.at + count]
+        require(len(taken) == count, "an array's end")
+        self.at += count
+        return taken
+
     def take(self, kind):
         if kind in self.SIZES:
             return self.number(self.SIZES[kind])
@@ -235,5 +241,5 @@ class RosType:
                 message[name] = self.take(base)
             else:
                 count = int(array[1:-1]) if array != "[]" else self.number("I")
-                message[name] = [self.take(base) for _ in range(count)]
+                message[name] = self.bytes(count) if base == "uint8" else [self.take(base) for _ in range(count)]
         return message

@@ -38,6 +38,18 @@ TEST(CdrWriter, EndsTextsByAZeroThatCounts) {
             "\x01\x00\x00\x00\x00"s);
 }
 
+TEST(CdrWriter, PutsASequenceOfBytesAsTheyAre) {
+  CdrWriter cdr;
+  cdr.Begin();
+  cdr.PutBytes("a\0b"s);
+  cdr.PutBytes("");
+  EXPECT_EQ(cdr.bytes().substr(4),
+            "\x03\x00\x00\x00"
+            "a\x00"
+            "b\x00"
+            "\x00\x00\x00\x00"s);
+}
+
 TEST(CdrWriter, BeginsAnew) {
   CdrWriter cdr;
   cdr.Begin();
