@@ -4,6 +4,7 @@
 #include <map>
 
 #include "hil/cli/emulate_run.h"
+#include "hil/cli/table_rows.h"
 
 namespace pipewright::hil {
 namespace {
@@ -49,10 +50,7 @@ std::string EmulationTable(const Json& run) {
   const Json& camera = run["camera"];
   const Json& truth = run["truth"];
   const Json& realtime = run["realtime"];
-  std::string table;
-  const auto row = [&table](const std::string& name, const std::string& value) {
-    table += fmt::format("  {:<12} {}\n", name, value);
-  };
+  TableRows row;
   row("ended", fmt::format("{} after {:.1f} s", run["stop_reason"].get<std::string>(),
                            run["time_s"].get<double>()));
   for (const Json& wire : run["bus"]) {
@@ -75,7 +73,7 @@ std::string EmulationTable(const Json& run) {
   row("clock", fmt::format("{:.1f} ms late at most, {} stalls; SCHED_FIFO {}",
                            realtime["late_max_ms"].get<double>(), realtime["stalls"].get<int>(),
                            realtime["fifo"].get<std::string>()));
-  return table;
+  return row.text;
 }
 
 }  // namespace pipewright::hil

@@ -9,6 +9,7 @@
 #include <memory>
 #include <thread>
 
+#include "hil/cli/table_rows.h"
 #include "platform/core/latest.h"
 #include "platform/linux/clock.h"
 #include "platform/linux/realtime.h"
@@ -201,10 +202,7 @@ std::string GatewayTable(const Json& run) {
   const Json& controller = run["controller"];
   const Json& bus = run["bus"];
   const Json& realtime = run["realtime"];
-  std::string table;
-  const auto row = [&table](const std::string& name, const std::string& value) {
-    table += fmt::format("  {:<12} {}\n", name, value);
-  };
+  TableRows row;
   row("ended", fmt::format("{} after {:.1f} s", run["stop_reason"].get<std::string>(),
                            run["time_s"].get<double>()));
   const Json& firmware = controller["firmware"];
@@ -234,7 +232,7 @@ std::string GatewayTable(const Json& run) {
       fmt::format("{:.1f} ms late at most, {} steps missed; SCHED_FIFO {}",
                   realtime["late_max_ms"].get<double>(), realtime["missed"].get<std::uint64_t>(),
                   realtime["fifo"].get<std::string>()));
-  return table;
+  return row.text;
 }
 
 }  // namespace pipewright::hil

@@ -8,6 +8,7 @@
 #include <numbers>
 
 #include "hil/cli/program_record.h"
+#include "hil/cli/table_rows.h"
 
 namespace pipewright::hil {
 namespace {
@@ -214,10 +215,7 @@ std::string RunTable(const Json& run, const std::string& folder) {
   const Json& can = run["can"];
   const double sim_s = run["sim_time_s"];
   const double wall_s = run["wall_time_s"];
-  std::string table;
-  const auto row = [&table](const char* name, const std::string& value) {
-    table += fmt::format("  {:<12} {}\n", name, value);
-  };
+  TableRows row;
   const std::string detail = run["stop_detail"];
   row("result", fmt::format("{}{}", run["stop_reason"].get<std::string>(),
                             detail.empty() ? "" : ": " + detail));
@@ -245,7 +243,7 @@ std::string RunTable(const Json& run, const std::string& folder) {
                   can["rx"].get<std::uint64_t>(), can["dropped"].get<std::uint64_t>(),
                   100 * can["load_peak"].get<double>()));
   row("evidence", folder);
-  return table;
+  return row.text;
 }
 
 bool Passed(const Json& run) {
