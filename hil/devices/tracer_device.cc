@@ -60,7 +60,7 @@ void TracerDevice::OnFrame(const can::Frame& frame, Time now) {
     case can::kBaseErrorReset.head.id:
       return OnReset(frame);
     case kVersionRequestId:
-    case kVersionId:
+    case can::kBaseVersion.head.id:
       return OnVersionRequest(frame);
     default:
       return;

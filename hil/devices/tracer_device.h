@@ -56,7 +56,6 @@ struct TracerConfig {
 class TracerDevice {
  public:
   static constexpr std::uint32_t kVersionRequestId = 0x411;
-  static constexpr std::uint32_t kVersionId = 0x4A1;  ///< of the answer, and of the SDK's request
 
   explicit TracerDevice(const TracerConfig& config);
 

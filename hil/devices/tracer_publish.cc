@@ -60,8 +60,8 @@ void TracerDevice::Publish(Time now, std::vector<can::Frame>& out) {
 
 void TracerDevice::PublishVersion(std::vector<can::Frame>& out) {
   can::Frame& frame = out.emplace_back();
-  frame.id = kVersionId;
-  frame.dlc = 8;
+  frame.id = can::kBaseVersion.head.id;
+  frame.dlc = can::kBaseVersion.head.dlc;
   kVersionText.copy(reinterpret_cast<char*>(frame.data.data()), 8,
                     static_cast<std::size_t>(version_said_));
   version_said_ += 8;

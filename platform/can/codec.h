@@ -73,7 +73,7 @@ struct FrameHead {
   std::uint32_t id;  ///< 11 bits; of node n in 1..max_node: id + n
   int max_node;      ///< 0: one frame, at id
   int dlc;           ///< sent
-  int also_dlc;      ///< received as well; equal to dlc when there is no second form
+  int also_dlc;      ///< received as well, bits that it lacks as 0; dlc: there is no second form
   Duration period;   ///< nominal; zero: on demand
   ByteOrder order;
   Direction direction;

@@ -27,9 +27,9 @@ namespace table_internal {
 template <typename Msg>
 constexpr bool Fits(const Signal<Msg>& s, const FrameHead& head) {
   using codec_internal::Round;
-  if (s.bits < 1 || s.bits > 32 || s.start < 0 ||
-      s.start + s.bits > 8 * std::min(head.dlc, head.also_dlc) || !(s.scale > 0) ||
-      !(s.min <= s.max) || (s.field.is_code && (s.sign == Sign::kSigned || s.scale != 1))) {
+  if (s.bits < 1 || s.bits > 32 || s.start < 0 || s.start + s.bits > 8 * head.dlc ||
+      !(s.scale > 0) || !(s.min <= s.max) ||
+      (s.field.is_code && (s.sign == Sign::kSigned || s.scale != 1))) {
     return false;
   }
   const bool whole_bytes = s.start % 8 == 0 && s.bits % 8 == 0;

@@ -112,6 +112,18 @@ inline constexpr FrameSpec<BaseErrorReset, 1> kErrorReset{
     {"what",            "1",     kField<&BaseErrorReset::what>,            0,  8, kU, 1.0,               0,            2},
 }}};
 
+inline constexpr FrameSpec<BaseVersion, 8> kVersion{
+  {"base_version", 0x4A1, 0, 8, 1, {}, kBig, kFrom}, {{
+    {"text_1",          "1",     kField<&BaseVersion::text_1>,            0,  8, kU, 1.0,               0,          255},
+    {"text_2",          "1",     kField<&BaseVersion::text_2>,            8,  8, kU, 1.0,               0,          255},
+    {"text_3",          "1",     kField<&BaseVersion::text_3>,           16,  8, kU, 1.0,               0,          255},
+    {"text_4",          "1",     kField<&BaseVersion::text_4>,           24,  8, kU, 1.0,               0,          255},
+    {"text_5",          "1",     kField<&BaseVersion::text_5>,           32,  8, kU, 1.0,               0,          255},
+    {"text_6",          "1",     kField<&BaseVersion::text_6>,           40,  8, kU, 1.0,               0,          255},
+    {"text_7",          "1",     kField<&BaseVersion::text_7>,           48,  8, kU, 1.0,               0,          255},
+    {"text_8",          "1",     kField<&BaseVersion::text_8>,           56,  8, kU, 1.0,               0,          255},
+}}};
+
 // clang-format on
 inline constexpr auto kLightCommand =
     Light({"base_light_command", 0x121, 0, 8, 8, 25ms, kBig, kTo});
@@ -131,12 +143,14 @@ inline constexpr auto kBaseBattery = tracer_internal::kBattery;
 /// The manual gives 0x421 and 0x441 one byte, the vendor's SDK sends eight: both are taken.
 inline constexpr auto kBaseModeRequest = tracer_internal::kModeRequest;
 inline constexpr auto kBaseErrorReset = tracer_internal::kErrorReset;
+/// The vendor's SDK asks for it by a frame of the same id with the one byte 1.
+inline constexpr auto kBaseVersion = tracer_internal::kVersion;
 
 /// The whole bus of the base. Driver, emulated base, docs and tests iterate over this.
-inline constexpr std::tuple kTracerTable{kBaseTwistCommand, kBaseLightCommand, kBaseState,
-                                         kBaseTwist,        kBaseLightState,   kBaseRemote,
-                                         kBaseMotorFast,    kBaseMotorSlow,    kBaseOdometer,
-                                         kBaseBattery,      kBaseModeRequest,  kBaseErrorReset};
+inline constexpr std::tuple kTracerTable{
+    kBaseTwistCommand, kBaseLightCommand, kBaseState,     kBaseTwist,    kBaseLightState,
+    kBaseRemote,       kBaseMotorFast,    kBaseMotorSlow, kBaseOdometer, kBaseBattery,
+    kBaseModeRequest,  kBaseErrorReset,   kBaseVersion};
 static_assert(WellFormed(kTracerTable));
 
 }  // namespace pipewright::can

@@ -88,6 +88,18 @@ struct BaseErrorReset {
   std::uint32_t what = 0;  ///< 0 all, 1 motor 1, 2 motor 2
 };
 
+/// Eight of the 80 ASCII characters of the base's version, which come in ten of these frames.
+struct BaseVersion {
+  std::uint32_t text_1 = 0;
+  std::uint32_t text_2 = 0;
+  std::uint32_t text_3 = 0;
+  std::uint32_t text_4 = 0;
+  std::uint32_t text_5 = 0;
+  std::uint32_t text_6 = 0;
+  std::uint32_t text_7 = 0;
+  std::uint32_t text_8 = 0;
+};
+
 /// BaseState::vehicle_state.
 enum class VehicleState : std::uint8_t { kNormal = 0, kEmergencyStop = 1, kException = 2 };
 

@@ -59,6 +59,13 @@ TEST(DecodeFrame, NamesWhatOthersSent) {
       // the vendor's SDK
       {"421#0100000000000000", "base_mode_request | mode CAN"},
       {"111#01F4FED400000000", "base_twist_command | v 0.5 m/s | omega -0.3 rad/s"},
+      {"4A1#01",
+       "base_version | text_1 1 | text_2 0 | text_3 0 | text_4 0 | text_5 0 | text_6 0 | text_7 0 "
+       "| "
+       "text_8 0"},
+      {"4A1#56322E3031202020",
+       "base_version | text_1 86 | text_2 50 | text_3 46 | text_4 48 | text_5 49 | text_6 32 | "
+       "text_7 32 | text_8 32"},
       // CANopen drives
       {"702#00", "heartbeat 2 | state boot-up"},
       {"77F#05", "heartbeat 127 | state operational"},
@@ -106,7 +113,9 @@ TEST(DecodeFrame, HasANameForEveryCodeThatIsAState) {
       }
     }
   });
-  EXPECT_EQ(numbers, (std::set<std::string_view>{"count", "data", "subindex", "vendor"}));
+  EXPECT_EQ(numbers, (std::set<std::string_view>{"count", "data", "subindex", "vendor", "text_1",
+                                                 "text_2", "text_3", "text_4", "text_5", "text_6",
+                                                 "text_7", "text_8"}));
 }
 
 TEST(SignalPath, IsFoundByFrameSignalOrPath) {

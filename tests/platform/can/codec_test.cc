@@ -116,6 +116,13 @@ TEST(Codec, WrongRowsAreNotWellFormed) {
   EXPECT_FALSE(with({"limit", "1", kField<&Msg::a>, 0, 16, Sign::kSigned, 0.5, -16384, 16384}));
   EXPECT_FALSE(with({"limit", "1", kField<&Msg::a>, 0, 16, Sign::kUnsigned, 1, -1, 1}));
   EXPECT_FALSE(with({"past the end", "1", kField<&Msg::a>, 56, 16, Sign::kSigned, 1, 0, 1}));
+  // What is sent holds all; a second form may be longer, which no signal can tell, or shorter.
+  FrameHead short_head = kHead;
+  short_head.dlc = 1;
+  const Signal<Msg> second_byte{"b", "1", kField<&Msg::b>, 8, 8, Sign::kUnsigned, 1, 0, 1};
+  EXPECT_FALSE(WellFormed(Row{short_head, {{second_byte}}}));
+  std::swap(short_head.dlc, short_head.also_dlc);
+  EXPECT_TRUE(WellFormed(Row{short_head, {{second_byte}}}));
   EXPECT_FALSE(with({"across bytes", "1", kField<&Msg::a>, 4, 8, Sign::kSigned, 1, 0, 1}));
   EXPECT_FALSE(with({"no bits", "1", kField<&Msg::a>, 0, 0, Sign::kSigned, 1, 0, 0}));
   EXPECT_FALSE(with({"33 bits", "1", kField<&Msg::a>, 0, 40, Sign::kSigned, 1, 0, 1}));

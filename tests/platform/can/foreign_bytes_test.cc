@@ -150,6 +150,21 @@ TEST(Manual, LayoutsOfTheRemainingBaseFrames) {
   EXPECT_EQ(Decode(kBaseErrorReset, Bytes(0x441, {2, 0, 0, 0, 0, 0, 0, 0}))->what, 2U);
 }
 
+// ugv_sdk's RequestVersion: it sends the one byte 1, and puts what comes together as characters.
+TEST(VendorsClient, AsksForAVersionAndIsToldEightCharactersAFrame) {
+  const Result<BaseVersion> told =
+      Decode(kBaseVersion, Bytes(0x4A1, {'T', 'R', 'A', 'C', 'E', 'R', ' ', '2'}));
+  ASSERT_TRUE(told.ok());
+  EXPECT_EQ(told->text_1, U'T');
+  EXPECT_EQ(told->text_7, U' ');
+  EXPECT_EQ(told->text_8, U'2');
+  const Result<BaseVersion> asked = Decode(kBaseVersion, Bytes(0x4A1, {1}));
+  ASSERT_TRUE(asked.ok());
+  EXPECT_EQ(asked->text_1, 1U);
+  EXPECT_EQ(asked->text_2, 0U);
+  EXPECT_EQ(asked->text_8, 0U);
+}
+
 TEST(CanopenLibrary, ItsStartUpIsUnderstoodAndSaidTheSameWay) {
   RxCounters counters;
   int downloads = 0;
