@@ -20,9 +20,7 @@ Tally ProgramDies(std::uint64_t n, std::uint64_t seed) {
   Tally tally;
   FaultRig rig(seed);
   for (std::uint64_t i = 0; i < n; ++i) {
-    if (!rig.Ready()) {
-      tally.Add(Outcome::kCrash);
-      tally.Note("it did not come up again");
+    if (!rig.Ready(tally)) {
       continue;
     }
     const bool killed = i % 2 == 0;
@@ -52,9 +50,7 @@ Tally EmergencyStops(std::uint64_t n, std::uint64_t seed) {
   Tally tally;
   FaultRig rig(seed);
   for (std::uint64_t i = 0; i < n; ++i) {
-    if (!rig.Ready()) {
-      tally.Add(Outcome::kCrash);
-      tally.Note("it did not come up again");
+    if (!rig.Ready(tally)) {
       continue;
     }
     rig.Begin();

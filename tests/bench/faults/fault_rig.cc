@@ -145,6 +145,15 @@ bool FaultRig::Ready() {
   return false;
 }
 
+bool FaultRig::Ready(Tally& tally) {
+  const bool ready = Ready();
+  if (!ready) {
+    tally.Add(Outcome::kCrash);
+    tally.Note("it did not come up again");
+  }
+  return ready;
+}
+
 void FaultRig::Begin() {
   fault_at_ = bench_.now();
   detected_.reset();

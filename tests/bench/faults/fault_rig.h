@@ -47,6 +47,8 @@ class FaultRig {
   /// Re-arms if need be, brings up, sets out, and lets up to 300 ms pass under way. False: 10 s
   /// were not enough.
   bool Ready();
+  /// False goes into the tally, as a crash.
+  bool Ready(Tally& tally);
   void Begin();
   Outcome Conclude(const Requirement& required);
   /// Adds what Conclude() says to the tally, with the latency, and what was wrong in words.

@@ -88,9 +88,7 @@ void GiveOddInputs(FaultRig& rig, std::uint64_t n, Tally& tally) {
   const std::size_t kinds = std::size(test::kUnusable);
   const std::uint64_t all = std::min<std::uint64_t>(n, inputs.size() * kinds);
   for (std::uint64_t i = 0; i < all; ++i) {
-    if (!rig.Ready()) {
-      tally.Add(Outcome::kCrash);
-      tally.Note("it did not come up again");
+    if (!rig.Ready(tally)) {
       return;
     }
     const Input& input = inputs[i / kinds];

@@ -23,9 +23,7 @@ Tally CyclesOverrun(std::uint64_t n, std::uint64_t seed) {
   Tally tally;
   FaultRig rig(seed);
   for (std::uint64_t i = 0; i < n; ++i) {
-    if (!rig.Ready()) {
-      tally.Add(Outcome::kCrash);
-      tally.Note("it did not come up again");
+    if (!rig.Ready(tally)) {
       continue;
     }
     const int k = 1 + static_cast<int>(i % 10);
@@ -74,9 +72,7 @@ Tally ClocksStepped(std::uint64_t n, std::uint64_t seed) {
   Tally tally;
   FaultRig rig(seed);
   for (std::uint64_t i = 0; i < n; ++i) {
-    if (!rig.Ready()) {
-      tally.Add(Outcome::kCrash);
-      tally.Note("it did not come up again");
+    if (!rig.Ready(tally)) {
       continue;
     }
     const int kind = static_cast<int>(i % 4);

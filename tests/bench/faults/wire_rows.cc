@@ -21,15 +21,6 @@ bool Any(const can::Frame&) { return true; }
 bool BaseState(const can::Frame& f) { return f.id == 0x211 || f.id == 0x221 || f.id == 0x311; }
 bool JointFeedback(const can::Frame& f) { return 0x181 <= f.id && f.id <= 0x187; }
 
-bool Prepared(FaultRig& rig, Tally& tally) {
-  const bool ready = rig.Ready();
-  if (!ready) {
-    tally.Add(Outcome::kCrash);
-    tally.Note("it did not come up again");
-  }
-  return ready;
-}
-
 /// Frames lost in a row that are masked: the joints', every 10 ms, may be 50 ms old, the base's,
 /// every 20 ms, 100 ms, of which the robot brakes for the second half.
 constexpr int kArmBudget = 4;
@@ -42,7 +33,7 @@ Tally FramesLost(std::uint64_t n, std::uint64_t seed) {
   Tally tally;
   FaultRig rig(seed);
   int masked[2] = {0, 0};
-  for (std::uint64_t i = 0; i < n && Prepared(rig, tally); ++i) {
+  for (std::uint64_t i = 0; i < n && rig.Ready(tally); ++i) {
     const int k = 1 + static_cast<int>(i % kMost);
     const bool base = i / kMost % 2 == 1;
     rig.Begin();
@@ -76,7 +67,7 @@ Tally FramesLost(std::uint64_t n, std::uint64_t seed) {
 Tally FramesOutOfOrder(std::uint64_t n, std::uint64_t seed) {
   Tally tally;
   FaultRig rig(seed);
-  for (std::uint64_t i = 0; i < n && Prepared(rig, tally); ++i) {
+  for (std::uint64_t i = 0; i < n && rig.Ready(tally); ++i) {
     hil::FaultyPort& port = rig.rng().Index(2) == 0 ? rig.base() : rig.arm();
     const int burst = 1 + rig.rng().Index(20);
     const Duration late = 1ms * (5 + rig.rng().Index(300));
@@ -185,7 +176,7 @@ Tally FramesDamaged(std::uint64_t n, std::uint64_t seed) {
   std::uint64_t by_checksum = 0;
   std::uint64_t passed = 0;
   std::array<std::uint64_t, 4> refused{};
-  while (tally.n() < n && Prepared(rig, tally)) {
+  while (tally.n() < n && rig.Ready(tally)) {
     const std::uint64_t count = std::min(kBatch, n - tally.n());
     std::array<std::array<std::uint64_t, 4>, 2> expected{};
     for (const bool base : {false, true}) {
@@ -271,7 +262,7 @@ Tally ErrorFrames(std::uint64_t n, std::uint64_t seed) {
   };
   Tally tally;
   FaultRig rig(seed);
-  for (std::uint64_t i = 0; i < n && Prepared(rig, tally); ++i) {
+  for (std::uint64_t i = 0; i < n && rig.Ready(tally); ++i) {
     const ErrorClass& c = kClasses[i % std::size(kClasses)];
     const bool base = rig.rng().Index(2) == 0;
     hil::FaultyPort& port = base ? rig.base() : rig.arm();
@@ -310,7 +301,7 @@ Tally BusOverloaded(std::uint64_t n, std::uint64_t seed) {
   Tally tally;
   auto rig = std::make_unique<FaultRig>(seed);
   std::array<can::LoopbackBus::Port*, 2> babblers{rig->bench().Attach(0), rig->bench().Attach(1)};
-  for (std::uint64_t i = 0; i < n && Prepared(*rig, tally); ++i) {
+  for (std::uint64_t i = 0; i < n && rig->Ready(tally); ++i) {
     const int kind = static_cast<int>(i % kKinds);
     const int wire = rig->rng().Index(2);
     hil::FaultyPort& port = wire == 0 ? rig->base() : rig->arm();
