@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The codec: any frame, and any message. An input is 24 bytes a frame: its id, flags, length and
 // payload, and a number that a signal is to be sent with.
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 
@@ -43,9 +44,10 @@ std::uint64_t Claimed(const Row& row) {
   return bits;
 }
 
+/// The payload's bytes; those past the frame's length as 0, as a receiver reads them.
 std::uint64_t Payload(const can::Frame& frame) {
   std::uint64_t bytes = 0;
-  std::memcpy(&bytes, frame.data.data(), sizeof bytes);
+  std::memcpy(&bytes, frame.data.data(), std::min<std::size_t>(frame.dlc, sizeof bytes));
   return bytes;
 }
 
