@@ -8,11 +8,6 @@
 #include "plan/cfnbv/proposals.h"
 
 namespace pipewright {
-namespace {
-
-constexpr double kRandomLook_rad = 1;  ///< of each joint, to either side
-
-}  // namespace
 
 MissionConfig DefaultMission() {
   MissionConfig config;
@@ -22,7 +17,7 @@ MissionConfig DefaultMission() {
     ArmVector look = ArmVector::Zero();
     look(4) = swing_rad;
     look(5) = nod_rad;
-    const bool fits = config.looks.push_back(look);
+    const bool fits = config.looks.first.push_back(look);
     assert(fits);
     static_cast<void>(fits);
   }
@@ -30,7 +25,9 @@ MissionConfig DefaultMission() {
 }
 
 Mission::Mission(const MissionConfig& config, const MapConfig& map)
-    : config_(config), motion_(config.cfnbv.motion), rng_(config.seed) {
+    : config_(config),
+      looks_(config.looks, config.cfnbv.motion, config.cfnbv.gain),
+      rng_(config.seed) {
   assert(Valid(config));
   switch (config.planner) {
     case PlannerKind::kCfnbv:
@@ -161,7 +158,7 @@ void Mission::StartStep(const MissionInput& input, Time now) {
   if (!input.robot.valid || input.robot.emergency_stop) {
     return;
   }
-  start_joints_ = input.robot.q.tail<kArmJoints>();
+  looks_.Begin(LookKind::kFirst, input.robot.q);
   settled_at_ = now + config_.settle;
   out_.state = MissionState::kLookAround;
 }
@@ -172,54 +169,23 @@ void Mission::LookStep(const MissionInput& input, Time now) {
   }
   if (goal_.id != 0) {
     goal_ = Goal{};
-    settled_at_ = now + config_.settle;
+    settled_at_ = now + (looks_.kind() == LookKind::kLast ? config_.last_settle : config_.settle);
   }
   if (now < settled_at_) {
     return;
   }
-  const int looks = looking_again_ ? config_.looks_again : config_.looks.size();
-  while (next_look_ < looks) {
-    if (NextLook(input, now)) {
-      ++out_.looks;
-      return;
-    }
+  if (!NextLook(input, now)) {
+    out_.state = MissionState::kPlan;
   }
-  out_.state = MissionState::kPlan;
 }
 
-ArmVector Mission::RandomLook() {
-  ArmVector look;
-  for (int j = 0; j < kArmJoints; ++j) {
-    look(j) = rng_.Uniform(-kRandomLook_rad, kRandomLook_rad);
-  }
-  return look;
-}
-
-/// Sets the next look as the goal. @returns whether there is a way to it
+/// @returns false: there are no more
 bool Mission::NextLook(const MissionInput& input, Time now) {
-  constexpr int kHalvings = 2;
-  const Configuration& from = input.robot.q;
-  const Surroundings around{input.field, input.map, input.scene};
-  const ArmVector look = looking_again_ ? RandomLook() : config_.looks[next_look_];
-  ++next_look_;
   Goal goal;
-  Status found = Status::kInfeasible;
-  double share = 1;
-  for (int i = 0; i <= kHalvings && found != Status::kOk; ++i, share /= 2) {
-    Configuration q = from;
-    q.tail<kArmJoints>() = start_joints_ + share * look;
-    double duration_s = 0;
-    found = motion_.Plan(around, from, q, rng_, goal.path, &duration_s);
-  }
-  if (found != Status::kOk && looking_again_) {
-    found = motion_.Leave(around, from, rng_, goal.path);
-  }
-  if (found != Status::kOk) {
+  if (!looks_.Next({input.field, input.map, input.scene}, input.robot.q, rng_, goal)) {
     return false;
   }
-  const Viewpoint view = ViewpointOf(goal.path.back());
-  goal.p_WS = view.X_WS.translation();
-  goal.z_WS = view.X_WS.linear().col(2);
+  ++out_.looks;
   SetGoal(goal, now);
   return true;
 }
@@ -242,15 +208,16 @@ void Mission::PlanningStep(const MissionInput& input, Time now) {
     case PlanDecision::kGoal:
       failed_plans_ = 0;
       looking_again_ = false;
+      looked_last_ = false;
       SetGoal(plan.goal, now);
       out_.state = MissionState::kMove;
       return;
     case PlanDecision::kComplete:
-      return End(MissionState::kDone, StopReason::kComplete);
+      return Finish(input, now, StopReason::kComplete);
     case PlanDecision::kNoReachableView:
       settled_at_ = now + config_.settle;
       if (++failed_plans_ >= config_.failed_plans_until_stop) {
-        NoView(input);
+        NoView(input, now);
       }
       return;
   }
@@ -259,11 +226,11 @@ void Mission::PlanningStep(const MissionInput& input, Time now) {
 /// What is in the way may be nothing: a wrong reading that the camera, once it looks from
 /// elsewhere, takes back. So some postures about this one are tried, then all that failed before;
 /// not twice, if nothing was seen between.
-void Mission::NoView(const MissionInput& input) {
+void Mission::NoView(const MissionInput& input, Time now) {
   const MapCounts& counts = input.map.counts();
   const int known = counts.free + counts.occupied;
   if (looking_again_ || known < known_at_no_view_ + config_.cfnbv.forget_voxels) {
-    return End(MissionState::kDone, StopReason::kNoReachableView);
+    return Finish(input, now, StopReason::kNoReachableView);
   }
   known_at_no_view_ = known;
   looking_again_ = true;
@@ -271,8 +238,18 @@ void Mission::NoView(const MissionInput& input) {
     cfnbv->ForgetFailures();
   }
   failed_plans_ = 0;
-  start_joints_ = input.robot.q.tail<kArmJoints>();
-  next_look_ = 0;
+  looks_.Begin(LookKind::kAgain, input.robot.q);
+  out_.state = MissionState::kLookAround;
+}
+
+/// Nothing is left to do, by a map that the base may be beside: its last way may have shown it
+/// nothing but the floor. So before the end it looks once at what tells its pose, and plans again.
+void Mission::Finish(const MissionInput& input, Time now, StopReason why) {
+  looks_.Begin(LookKind::kLast, input.robot.q);
+  if (looked_last_ || !NextLook(input, now)) {
+    return End(MissionState::kDone, why);
+  }
+  looked_last_ = true;
   out_.state = MissionState::kLookAround;
 }
 

@@ -8,7 +8,7 @@
 
 #include "plan/cfnbv/cfnbv.h"
 #include "plan/cfnbv/cfnbv_paper.h"
-#include "plan/motion/motion_planner.h"
+#include "plan/mission/looks.h"
 #include "platform/core/time.h"
 
 namespace pipewright {
@@ -17,7 +17,7 @@ struct MapCounts;
 
 enum class MissionState : std::uint8_t {
   kStart,       ///< waiting for every device to be enabled and fresh
-  kLookAround,  ///< arm postures about the start, the base at rest
+  kLookAround,  ///< arm postures, the base at rest: see LookKind
   kPlan,        ///< the next Step() plans
   kMove,        ///< the controller is on its way
   kHold,        ///< standing until scans and pose agree again, then a new plan
@@ -76,34 +76,28 @@ constexpr const char* Name(StopReason r) {
 }
 
 struct MissionConfig {
-  static constexpr int kMaxLooks = 16;
-
   PlannerKind planner = PlannerKind::kCfnbv;
   CfnbvConfig cfnbv;
   CfnbvPaperConfig paper;
-  /// Looks to take first: arm joint angles minus those at the start, rad. One without a path is
-  /// halved until it has one, at most twice, and else left out. They are taken however much is
-  /// known already: what is seen from the start is placed without an error of the wheels, and all
-  /// that comes after finds itself among it.
-  FixedVector<ArmVector, kMaxLooks> looks;
-  int looks_again = 8;                       ///< at random, when no view can be reached
+  LooksConfig looks;
   Duration start_timeout = FromSeconds(10);  ///< for the devices to come up
   Duration device_timeout = FromSeconds(1);  ///< a state that is invalid for so long is a fault
   Duration goal_timeout = FromSeconds(60);   ///< a goal not reached by then counts as stalled
   Duration hold_timeout = FromSeconds(20);   ///< a pose in doubt for so long is lost
   Duration settle = FromSeconds(0.2);        ///< from a goal's end to the plan: a frame or two
+  Duration last_settle = FromSeconds(1);     ///< after the last look, for the pose to follow
   Duration mission_timeout = FromSeconds(3600);
   int stalls_until_stuck = 8;       ///< in a row, with nothing newly seen or covered between
-  int failed_plans_until_stop = 8;  ///< kNoReachableView in a row, then again after looks_again
+  int failed_plans_until_stop = 8;  ///< kNoReachableView in a row, then again after looks
   std::uint64_t seed = 1;
 };
 
 constexpr bool Valid(const MissionConfig& c) {
   return Valid(c.cfnbv) && Valid(c.paper) && c.start_timeout > Duration::zero() &&
          c.device_timeout > Duration::zero() && c.goal_timeout > Duration::zero() &&
-         c.hold_timeout > Duration::zero() && c.looks_again >= 0 && c.settle >= Duration::zero() &&
-         c.mission_timeout > Duration::zero() && c.stalls_until_stuck > 0 &&
-         c.failed_plans_until_stop > 0;
+         c.hold_timeout > Duration::zero() && Valid(c.looks) && c.settle >= Duration::zero() &&
+         c.last_settle >= Duration::zero() && c.mission_timeout > Duration::zero() &&
+         c.stalls_until_stuck > 0 && c.failed_plans_until_stop > 0;
 }
 
 /// With the looks that suit the UF7's folded posture.
@@ -137,9 +131,10 @@ struct MissionOutput {
 };
 
 /// Runs one inspection: start, look around, then plan and move until the planner has nothing left,
-/// or something ends it. Pure: no clock, no I/O; a run is a function of its inputs and the seed.
-/// Planning happens inside Step() when the state is kPlan (and for each look); all other steps take
-/// microseconds. All memory is taken at construction.
+/// or something ends it. Before it ends as planned, it looks once at what tells where the base is.
+/// Pure: no clock, no I/O; a run is a function of its inputs and the seed. Planning happens inside
+/// Step() when the state is kPlan (and for each look); all other steps take microseconds. All
+/// memory is taken at construction.
 class Mission {
  public:
   Mission(const MissionConfig& config, const MapConfig& map);
@@ -163,16 +158,16 @@ class Mission {
   bool Hold(const MissionInput& input, Time now);
   void StartStep(const MissionInput& input, Time now);
   void LookStep(const MissionInput& input, Time now);
-  ArmVector RandomLook();
   bool NextLook(const MissionInput& input, Time now);
+  void Finish(const MissionInput& input, Time now, StopReason why);
   void PlanningStep(const MissionInput& input, Time now);
-  void NoView(const MissionInput& input);
+  void NoView(const MissionInput& input, Time now);
   void MoveStep(const MissionInput& input, Time now);
   void NoteStall(const MapCounts& counts);
 
   MissionConfig config_;
   std::variant<std::monostate, Cfnbv, CfnbvPaper> planner_;
-  MotionPlanner motion_;  ///< for the looks
+  Looks looks_;
   Rng rng_;
   Goal goal_;
   MissionOutput out_;
@@ -183,9 +178,8 @@ class Mission {
   Time settled_at_{};
   Time hold_since_{};
   MissionState held_ = MissionState::kPlan;  ///< what to go on with
-  ArmVector start_joints_ = ArmVector::Zero();
-  int next_look_ = 0;
-  bool looking_again_ = false;  ///< since no view could be reached
+  bool looking_again_ = false;               ///< since no view could be reached
+  bool looked_last_ = false;                 ///< since the base moved
   std::uint32_t last_goal_id_ = 0;
   GoalState last_outcome_ = GoalState::kNone;
   int failed_plans_ = 0;

@@ -79,6 +79,41 @@ TEST(MissionRun, CoversTheCellAndCompletes) {
   EXPECT_GT(cell.TruthCoverage(), 0.9);
 }
 
+TEST(MissionRun, EndsWithALookThatMovesTheArmAlone) {
+  test::ToyCell cell = CellWithOnePipe();
+  Goal last;
+  Mission mission(QuickMission(), test::ToyCell::Config());
+  RobotState robot;
+  robot.valid = true;
+  robot.q = test::ToyCell::StartPose();
+  GoalProgress progress;
+  MissionOutput out;
+  double done_s = 0;
+  for (double t_s = 0; t_s < 2000 && out.state != MissionState::kDone; t_s += 0.1) {
+    out = mission.Step({robot, progress, cell.map, cell.field, cell.scene}, Time(FromSeconds(t_s)));
+    for (const VoxelIndex& v : mission.NewResidual()) {
+      cell.map.SetResidual(v, true);
+    }
+    if (mission.goal().id != 0 && mission.goal().id != progress.id) {
+      last = mission.goal();
+      t_s += cell.Follow(last, robot.q);
+      done_s = t_s;
+      progress = {.id = last.id, .state = GoalState::kReached, .error = 0};
+    }
+    if (out.state == MissionState::kDone) {
+      EXPECT_GE(t_s - done_s, ToSeconds(QuickMission().last_settle)) << "the pose is to follow";
+    }
+  }
+  EXPECT_STREQ(Name(out.stop), "complete");
+  EXPECT_EQ((last.path[0] - last.path.back()).head<3>().norm(), 0);
+  EXPECT_GT((last.path[0] - last.path.back()).norm(), 0.1);
+  const Surroundings around{cell.field, cell.map, cell.scene};
+  const RaySet camera = LatticeCameraRays(QuickMission().cfnbv.gain);
+  PoseViews views;
+  EXPECT_LT(views.VarianceAfter(last.path.back(), around, camera),
+            views.VarianceAfter(last.path[0], around, camera));
+}
+
 TEST(MissionRun, CompletesThoughEveryFourthGoalStallsOnItsWay) {
   test::ToyCell cell = CellWithOnePipe();
   const MissionOutput out =
