@@ -70,17 +70,13 @@ PlaneSums SumUp(std::span<const Eigen::Vector3f> points, const Vector3d* m,
     FourPlaneSums of_part;
     const int end = std::min(count, begin + FourPlaneSums::kMaxPoints);
     for (int k = begin; k < end; k += kLanes) {
-      const auto at = [&](int lane) -> const Eigen::Vector3f& {
-        return points[std::min(k + lane, end - 1)];
-      };
-      const Floats z{at(0).z(), at(1).z(), at(2).z(), at(3).z()};
-      const Floats own = 1 / z;
-      const Floats x = Floats{at(0).x(), at(1).x(), at(2).x(), at(3).x()} * own;
-      const Floats y = Floats{at(0).y(), at(1).y(), at(2).y(), at(3).y()} * own;
+      const FourReadings p(points.data(), k, end);
+      const Floats own = 1 / p.z;
+      const Floats x = p.x * own;
+      const Floats y = p.y * own;
       const Floats w = m != nullptr ? plane.x() * x + plane.y() * y + plane.z() : own;
-      const Floats residual = m != nullptr ? w * (1 - w * z) : own;
-      const Masks there = Masks{0, 1, 2, 3} < end - k;
-      of_part.Add(x, y, residual, there ? 1 / VarianceInverse(w, noise) : Floats{});
+      const Floats residual = m != nullptr ? w * (1 - w * p.z) : own;
+      of_part.Add(x, y, residual, p.there ? 1 / VarianceInverse(w, noise) : Floats{});
     }
     of_part.AddTo(sums);
   }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <Eigen/Core>
 #include <cmath>
 #include <cstdint>
 #include <cstring>
@@ -41,6 +42,18 @@ inline int Sum(const Masks& v) { return v[0] + v[1] + v[2] + v[3]; }
 
 /// Of four bytes of an array.
 inline Masks Widen(const std::uint8_t* from) { return Masks{from[0], from[1], from[2], from[3]}; }
+
+/// The points k ... k + 3, those from `end` on being the last; which are before `end`.
+struct FourReadings {
+  FourReadings(const Eigen::Vector3f* points, int k, int end) : there(Masks{0, 1, 2, 3} < end - k) {
+    for (int lane = 0; lane < kLanes; ++lane) {
+      const Eigen::Vector3f& p = points[k + lane < end ? k + lane : end - 1];
+      x[lane] = p.x(), y[lane] = p.y(), z[lane] = p.z();
+    }
+  }
+  Floats x, y, z;
+  Masks there;
+};
 
 /// σ(1/z)² and σ(1/z) of four readings: see DepthNoise.
 inline Floats VarianceInverse(const Floats& inverse_z_1pm, const DepthNoise& noise) {
