@@ -41,6 +41,12 @@ Status DepthView::Set(const Cloud& cloud, const DepthNoise& noise) {
       inverse_sigma_[i] = usable ? static_cast<float>(1 / noise.SigmaInverse(inverse_z_[i])) : 0;
     }
   }
+  // What fills up the last four is not seen.
+  std::fill_n(inverse_z_.begin() + size(), kLanes, 0.0F);
+  std::fill_n(x_.begin() + size(), kLanes, 0.0F);
+  std::fill_n(y_.begin() + size(), kLanes, 0.0F);
+  std::fill_n(inverse_sigma_.begin() + size(), kLanes, 0.0F);
+  std::fill_n(use_.begin() + size(), kLanes, Use::kNone);
   // The focal length, from two rays of the widest row.
   focal_ = 0;
   for (int row = 0; row < height_; ++row) {
@@ -61,47 +67,103 @@ Status DepthView::Set(const Cloud& cloud, const DepthNoise& noise) {
   return focal_ > 0 ? Status::kOk : Status::kMalformed;
 }
 
-std::optional<Eigen::Vector3f> DepthView::Normal(int i) const {
-  const int half = width_ >= kWideImage ? 2 : 1;
+/// Least squares of w − w0 = a + b (x − x0) + g (y − y0) over a window about each of some pixels:
+/// T holds one number of each.
+template <typename T>
+struct DepthView::NormalSums {
+  T x0, y0, w0;
+  T tolerance;
+  T n{}, sx{}, sy{}, sw{}, sxx{}, syy{}, sxy{}, sxw{}, syw{};
+
+  NormalSums(const T& x, const T& y, const T& w, float c_1pm)
+      : x0(x), y0(y), w0(w), tolerance(kStep_m * w * w + 4 * c_1pm) {}
+
+  /// Adds a neighbour's reading where it lies on the pixel's surface.
+  [[gnu::always_inline]] void Add(const T& x, const T& y, const T& w) {
+    const T none{};
+    const auto on = (w > none) & (w - w0 <= tolerance) & (w0 - w <= tolerance);
+    const T dx = on ? x - x0 : none;
+    const T dy = on ? y - y0 : none;
+    const T dw = on ? w - w0 : none;
+    n += on ? none + 1 : none;
+    sx += dx, sy += dy, sw += dw;
+    sxx += dx * dx, syy += dy * dy, sxy += dx * dy;
+    sxw += dx * dw, syw += dy * dw;
+  }
+
+  /// A normal of any length, zero where there are too few readings.
+  void Solve(T& nx, T& ny, T& nz) const {
+    const T vxx = sxx - sx * sx / n;
+    const T vyy = syy - sy * sy / n;
+    const T vxy = sxy - sx * sy / n;
+    const T vxw = sxw - sx * sw / n;
+    const T vyw = syw - sy * sw / n;
+    const T determinant = vxx * vyy - vxy * vxy;
+    const T b = (vxw * vyy - vyw * vxy) / determinant;
+    const T g = (vyw * vxx - vxw * vxy) / determinant;
+    const T a = w0 + (sw - b * sx - g * sy) / n;
+    const T none{};
+    const auto enough = (n >= none + kMinNeighbours) & (determinant > 0.05F * vxx * vyy);
+    nx = enough ? -b : none;
+    ny = enough ? -g : none;
+    nz = enough ? b * x0 + g * y0 - a : none;
+  }
+};
+
+namespace {
+
+Eigen::Vector3f Unit(const Eigen::Vector3f& n) {
+  const float length = std::sqrt(n.squaredNorm());
+  return length > 1e-6F ? Eigen::Vector3f(n / length) : Eigen::Vector3f::Zero();
+}
+
+}  // namespace
+
+Eigen::Vector3f DepthView::Normal(int i, int half) const {
   const int column = i % width_;
   const int row = i / width_;
-  const float w0 = inverse_z_[i];
-  const float tolerance = kStep_m * w0 * w0 + 4 * c_1pm_;
-  float n = 0;
-  float sx = 0, sy = 0, sw = 0, sxx = 0, syy = 0, sxy = 0, sxw = 0, syw = 0;
+  NormalSums<float> sums(x_[i], y_[i], inverse_z_[i], c_1pm_);
   for (int r = std::max(0, row - half); r <= std::min(height_ - 1, row + half); ++r) {
     for (int c = std::max(0, column - half); c <= std::min(width_ - 1, column + half); ++c) {
       const int j = r * width_ + c;
-      const float dw = inverse_z_[j] - w0;
-      if (!seen(j) || std::abs(dw) > tolerance) {
-        continue;
-      }
-      const float dx = x_[j] - x_[i];
-      const float dy = y_[j] - y_[i];
-      n += 1;
-      sx += dx, sy += dy, sw += dw;
-      sxx += dx * dx, syy += dy * dy, sxy += dx * dy;
-      sxw += dx * dw, syw += dy * dw;
+      sums.Add(x_[j], y_[j], inverse_z_[j]);
     }
   }
-  if (n < kMinNeighbours) {
-    return std::nullopt;
+  Eigen::Vector3f n_S;
+  sums.Solve(n_S.x(), n_S.y(), n_S.z());
+  return Unit(n_S);
+}
+
+/// Of four pixels side by side, whose windows lie within the image's columns.
+void DepthView::FourNormals(int i, int half, Eigen::Vector3f* n_S) const {
+  const int row = i / width_;
+  NormalSums<Floats> sums(Load(&x_[i]), Load(&y_[i]), Load(&inverse_z_[i]), c_1pm_);
+  for (int r = std::max(0, row - half); r <= std::min(height_ - 1, row + half); ++r) {
+    const int at = i + (r - row) * width_;
+    for (int j = at - half; j <= at + half; ++j) {
+      sums.Add(Load(&x_[j]), Load(&y_[j]), Load(&inverse_z_[j]));
+    }
   }
-  sxx -= sx * sx / n, syy -= sy * sy / n, sxy -= sx * sy / n;
-  sxw -= sx * sw / n, syw -= sy * sw / n;
-  const float determinant = sxx * syy - sxy * sxy;
-  if (!(determinant > 0.05F * sxx * syy)) {
-    return std::nullopt;
+  Floats nx, ny, nz;
+  sums.Solve(nx, ny, nz);
+  for (int lane = 0; lane < kLanes; ++lane) {
+    n_S[lane] = Unit({nx[lane], ny[lane], nz[lane]});
   }
-  const float b = (sxw * syy - syw * sxy) / determinant;
-  const float g = (syw * sxx - sxw * sxy) / determinant;
-  const float a = w0 + (sw - b * sx - g * sy) / n;
-  const Eigen::Vector3f m(b, g, a - b * x_[i] - g * y_[i]);
-  const float length = std::sqrt(m.squaredNorm());
-  if (!(length > 1e-6F)) {
-    return std::nullopt;
+}
+
+void DepthView::Normals(int begin, int end, Eigen::Vector3f* n_S) const {
+  const int half = width_ >= kWideImage ? 2 : 1;
+  const int row_begin = begin / width_ * width_;
+  for (int i = begin; i < end;) {
+    const int column = i - row_begin;
+    const bool four = i + kLanes <= end && column >= half && column + kLanes + half <= width_;
+    if (four) {
+      FourNormals(i, half, n_S + (i - begin));
+    } else {
+      n_S[i - begin] = Normal(i, half);
+    }
+    i += four ? kLanes : 1;
   }
-  return Eigen::Vector3f(-m / length);
 }
 
 }  // namespace pipewright

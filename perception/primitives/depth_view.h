@@ -3,10 +3,10 @@
 
 #include <array>
 #include <cstdint>
-#include <optional>
 
 #include "perception/cloud/cloud.h"
 #include "perception/primitives/config.h"
+#include "perception/primitives/four_floats.h"
 
 namespace pipewright {
 
@@ -38,24 +38,36 @@ class DepthView {
   }
   float focal() const { return focal_; }  ///< pixels
 
+  // The same of the pixels i ... i + 3; there is room for four at the view's last pixel.
+  Floats four_x(int i) const { return Load(&x_[i]); }
+  Floats four_y(int i) const { return Load(&y_[i]); }
+  Floats four_inverse_z(int i) const { return Load(&inverse_z_[i]); }
+  Floats four_inverse_sigma(int i) const { return Load(&inverse_sigma_[i]); }
+
   Use use(int i) const { return use_[i]; }
   void set_use(int i, Use use) { use_[i] = use; }
 
-  /// Unit normal towards the camera by least squares over the readings about a pixel that lie on
-  /// its surface; nothing where there are too few.
-  std::optional<Eigen::Vector3f> Normal(int i) const;
+  /// Unit normals towards the camera, of the pixels begin ... end − 1 of one row, each by least
+  /// squares over the readings about it that lie on its surface; zero where there are too few.
+  /// Cost: ~25 ns a pixel.
+  void Normals(int begin, int end, Eigen::Vector3f* n_S) const;
 
  private:
+  template <typename T>
+  struct NormalSums;
+  Eigen::Vector3f Normal(int i, int half) const;
+  void FourNormals(int i, int half, Eigen::Vector3f* n_S) const;
+
   int width_ = 0;
   int height_ = 0;
   float focal_ = 1;
   float c_1pm_ = 0;
   Isometry3d X_WS_ = Isometry3d::Identity();
-  std::array<float, kMaxPixels> x_{};
-  std::array<float, kMaxPixels> y_{};
-  std::array<float, kMaxPixels> inverse_z_{};
-  std::array<float, kMaxPixels> inverse_sigma_{};
-  std::array<Use, kMaxPixels> use_{};
+  std::array<float, kMaxPixels + kLanes> x_{};
+  std::array<float, kMaxPixels + kLanes> y_{};
+  std::array<float, kMaxPixels + kLanes> inverse_z_{};
+  std::array<float, kMaxPixels + kLanes> inverse_sigma_{};
+  std::array<Use, kMaxPixels + kLanes> use_{};
 };
 
 }  // namespace pipewright

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "perception/primitives/four_floats.h"
 #include "perception/primitives/normal_equations.h"
 
 namespace pipewright {
@@ -32,18 +33,52 @@ struct PlaneSums {
   double chi2 = 0;
 };
 
+/// The same of four points at a time, in single precision; of so few that what is rounded off is
+/// far below their noise.
+struct FourPlaneSums {
+  static constexpr int kMaxPoints = 256;
+  Floats xx{}, xy{}, x1{}, yy{}, y1{}, one{};
+  Floats bx{}, by{}, b1{};
+  Floats chi2{};
+
+  void Add(const Floats& x, const Floats& y, const Floats& residual, const Floats& weight) {
+    const Floats wx = weight * x;
+    const Floats wy = weight * y;
+    const Floats wr = weight * residual;
+    xx += wx * x, xy += wx * y, x1 += wx, yy += wy * y, y1 += wy, one += weight;
+    bx += wr * x, by += wr * y, b1 += wr;
+    chi2 += wr * residual;
+  }
+
+  void AddTo(PlaneSums& sums) const {
+    Matrix3d N;
+    N << Sum(xx), Sum(xy), Sum(x1), Sum(xy), Sum(yy), Sum(y1), Sum(x1), Sum(y1), Sum(one);
+    sums.N += N;
+    sums.b += Vector3d(Sum(bx), Sum(by), Sum(b1));
+    sums.chi2 += Sum(chi2);
+  }
+};
+
 /// The sums about plane m, or, without one, those of the readings' own inverse depths.
-PlaneSums Sum(std::span<const Eigen::Vector3f> points, const Vector3d* m, const DepthNoise& noise) {
+PlaneSums SumUp(std::span<const Eigen::Vector3f> points, const Vector3d* m,
+                const DepthNoise& noise) {
+  const Eigen::Vector3f plane =
+      m != nullptr ? Eigen::Vector3f(m->cast<float>()) : Eigen::Vector3f::Zero();
+  const int count = static_cast<int>(points.size());
   PlaneSums sums;
-  for (const Eigen::Vector3f& p : points) {
-    const double z = p.z();
-    const Vector3d x{p.x() / z, p.y() / z, 1};
-    const double w = m != nullptr ? m->dot(x) : 1 / z;
-    const double residual = m != nullptr ? w * (1 - w * z) : w;
-    const double weight = 1 / noise.VarianceInverse(w);
-    sums.N += weight * x * x.transpose();
-    sums.b += weight * residual * x;
-    sums.chi2 += weight * residual * residual;
+  for (int begin = 0; begin < count; begin += FourPlaneSums::kMaxPoints) {
+    FourPlaneSums of_part;
+    const int end = std::min(count, begin + FourPlaneSums::kMaxPoints);
+    for (int k = begin; k < end; k += kLanes) {
+      const FourReadings p(points.data(), k, end);
+      const Floats own = 1 / p.z;
+      const Floats x = p.x * own;
+      const Floats y = p.y * own;
+      const Floats w = m != nullptr ? plane.x() * x + plane.y() * y + plane.z() : own;
+      const Floats residual = m != nullptr ? w * (1 - w * p.z) : own;
+      of_part.Add(x, y, residual, p.there ? 1 / VarianceInverse(w, noise) : Floats{});
+    }
+    of_part.AddTo(sums);
   }
   return sums;
 }
@@ -52,7 +87,7 @@ PlaneSums Sum(std::span<const Eigen::Vector3f> points, const Vector3d* m, const 
 
 Result<PlaneFit> FitPlane(std::span<const Eigen::Vector3f> p_SQ, const DepthNoise& noise,
                           const InlierGate& gate) {
-  const PlaneSums sums = Sum(p_SQ, nullptr, noise);
+  const PlaneSums sums = SumUp(p_SQ, nullptr, noise);
   Matrix3d covariance_m;
   if (p_SQ.size() < 4 || !Invert<3>(sums.N, covariance_m)) {
     return Status::kInfeasible;
@@ -63,7 +98,7 @@ Result<PlaneFit> FitPlane(std::span<const Eigen::Vector3f> p_SQ, const DepthNois
 Result<PlaneFit> FitPlane(std::span<const Eigen::Vector3f> p_SQ, Vector3d m,
                           const DepthNoise& noise, const InlierGate& gate) {
   const int count = static_cast<int>(p_SQ.size());
-  const PlaneSums sums = Sum(p_SQ, &m, noise);
+  const PlaneSums sums = SumUp(p_SQ, &m, noise);
   Matrix3d covariance_m;
   if (count < 4 || !Invert<3>(sums.N, covariance_m)) {
     return Status::kInfeasible;

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "perception/primitives/fit.h"
+#include "perception/primitives/four_floats.h"
 #include "perception/primitives/normal_equations.h"
 
 namespace pipewright {
@@ -23,82 +24,130 @@ struct CylinderSums {
   double chi2 = 0;
 };
 
-CylinderSums Sum(std::span<const Eigen::Vector3f> points, const CylinderFit& at, const Vector3d& e1,
-                 const Vector3d& e2, const DepthNoise& noise) {
-  CylinderSums sums;
-  for (const Eigen::Vector3f& point : points) {
-    const Vector3d p = point.cast<double>();
-    const Vector3d w = p - at.p_S;
-    const double s = at.l_S.dot(w);
-    const double x = e1.dot(w);
-    const double y = e2.dot(w);
-    const double rho = std::sqrt(x * x + y * y);
-    if (rho < 1e-6) {
-      continue;
-    }
-    const double gx = x / rho;
-    const double gy = y / rho;
-    const double sigma = SurfaceSigma(p, gx * e1 + gy * e2, noise);
-    const double weight = 1 / (sigma * sigma);
-    const double residual = rho - at.radius_m;
-    const Vec<5> J{-gx, -gy, -s * gx, -s * gy, -1};
-    const Vec<5> wJ = weight * J;
+/// The same of four points at a time, in single precision; of so few that what is rounded off is
+/// far below their noise.
+struct FourCylinderSums {
+  static constexpr int kMaxPoints = 256;
+  Floats N[5][5] = {};  ///< the lower half
+  Floats b[5] = {};
+  Floats chi2{};
+
+  void Add(const Floats (&J)[5], const Floats& residual, const Floats& weight) {
+    const Floats wr = weight * residual;
+    chi2 += wr * residual;
     for (int i = 0; i < 5; ++i) {
+      b[i] += wr * J[i];
+      const Floats wJ = weight * J[i];
       for (int j = 0; j <= i; ++j) {
-        sums.N(i, j) += wJ(i) * J(j);
+        N[i][j] += wJ * J[j];
       }
     }
-    sums.b -= wJ * residual;
-    sums.chi2 += weight * residual * residual;
+  }
+  void AddTo(CylinderSums& sums) const {
+    sums.chi2 += pipewright::Sum(chi2);
+    for (int i = 0; i < 5; ++i) {
+      sums.b(i) += pipewright::Sum(b[i]);
+      for (int j = 0; j <= i; ++j) {
+        sums.N(i, j) += pipewright::Sum(N[i][j]);
+      }
+    }
+  }
+};
+
+/// A vector for scalar products with four others.
+struct Along {
+  explicit Along(const Vector3d& v) : v_(v.cast<float>()) {}
+  Floats operator()(const Floats& x, const Floats& y, const Floats& z) const {
+    return v_.x() * x + v_.y() * y + v_.z() * z;
+  }
+  Eigen::Vector3f v_;
+};
+
+/// Sums over all points of what `add(four, sums)` adds.
+template <typename AddFour>
+CylinderSums SumUp(std::span<const Eigen::Vector3f> points, const AddFour& add) {
+  CylinderSums sums;
+  const int count = static_cast<int>(points.size());
+  for (int begin = 0; begin < count; begin += FourCylinderSums::kMaxPoints) {
+    FourCylinderSums of_part;
+    const int end = std::min(count, begin + FourCylinderSums::kMaxPoints);
+    for (int k = begin; k < end; k += kLanes) {
+      add(FourReadings(points.data(), k, end), of_part);
+    }
+    of_part.AddTo(sums);
   }
   sums.N.triangularView<Eigen::StrictlyUpper>() = sums.N.transpose();
   return sums;
 }
 
+/// Residuals r − ρ: distances to the surface.
+CylinderSums Sum(std::span<const Eigen::Vector3f> points, const CylinderFit& at, const Vector3d& e1,
+                 const Vector3d& e2, const DepthNoise& noise) {
+  const Along along(at.l_S), along_1(e1), along_2(e2);
+  const Eigen::Vector3f o = at.p_S.cast<float>();
+  const auto radius_m = static_cast<float>(at.radius_m);
+  return SumUp(points, [&](const FourReadings& p, FourCylinderSums& sums) {
+    const Floats x = p.x - o.x();
+    const Floats y = p.y - o.y();
+    const Floats z = p.z - o.z();
+    const Floats s = along(x, y, z);
+    const Floats x1 = along_1(x, y, z);
+    const Floats x2 = along_2(x, y, z);
+    const Floats rho = SquareRoot(x1 * x1 + x2 * x2);
+    const Masks counts = p.there & (rho >= 1e-6F);
+    const Floats g1 = counts ? x1 / rho : Floats{};
+    const Floats g2 = counts ? x2 / rho : Floats{};
+    const Floats facing_m = g1 * along_1(p.x, p.y, p.z) + g2 * along_2(p.x, p.y, p.z);
+    const Floats grazing_m =
+        static_cast<float>(kGrazing) * SquareRoot(p.x * p.x + p.y * p.y + p.z * p.z);
+    const Floats sigma =
+        Greater(Absolute(facing_m), grazing_m) * p.z * SigmaInverse(1 / p.z, noise);
+    const Floats J[5] = {g1, g2, s * g1, s * g2, Fill(1)};
+    sums.Add(J, rho - radius_m, counts ? 1 / (sigma * sigma) : Floats{});
+  });
+}
+
 /// The same with residuals (ẑ − z)/ẑ², where ẑ is the depth at which the ray of a reading meets the
 /// cylinder: their noise is even and does not bend with the surface, so no bias is left. Rays that
-/// would graze the cylinder, or miss it, are left out; `hits` are the others.
+/// would graze the cylinder, or miss it, are left out; `hits` are the others. See PipeRays for ẑ.
 ///   F(q, θ) = ρ(q) − r = 0 on q = ẑ x:   ∂(1/ẑ)/∂θ = F_θ / (g'x ẑ²)
 CylinderSums SumAlongRays(std::span<const Eigen::Vector3f> points, const CylinderFit& at,
                           const Vector3d& e1, const Vector3d& e2, const DepthNoise& noise,
                           int& hits) {
-  CylinderSums sums;
-  hits = 0;
-  const double pp = at.p_S.squaredNorm();
-  const double lp = at.l_S.dot(at.p_S);
-  for (const Eigen::Vector3f& point : points) {
-    const double inverse_z = 1 / static_cast<double>(point.z());
-    const Vector3d ray = point.cast<double>() * inverse_z;
-    const double lx = at.l_S.dot(ray);
-    const double A = ray.squaredNorm() - lx * lx;
-    const double B = ray.dot(at.p_S) - lx * lp;
-    const double root = B * B - A * (pp - lp * lp - at.radius_m * at.radius_m);
-    if (!(root > 0)) {
-      continue;
+  const Along along(at.l_S), along_1(e1), along_2(e2);
+  const Along along_moment(at.p_S.cross(at.l_S));
+  const auto lp = static_cast<float>(at.l_S.dot(at.p_S));
+  const auto p1 = static_cast<float>(e1.dot(at.p_S));
+  const auto p2 = static_cast<float>(e2.dot(at.p_S));
+  const auto radius_m = static_cast<float>(at.radius_m);
+  const Floats one = Fill(1);
+  Masks met{};
+  const CylinderSums sums = SumUp(points, [&](const FourReadings& p, FourCylinderSums& of_part) {
+    const Floats x = p.x / p.z;
+    const Floats y = p.y / p.z;
+    const Floats x1 = along_1(x, y, one);
+    const Floats x2 = along_2(x, y, one);
+    const Floats A = x1 * x1 + x2 * x2;
+    const Floats moment = along_moment(x, y, one);
+    const Floats root = SquareRoot(radius_m * radius_m * A - moment * moment);
+    const Floats z = (x1 * p1 + x2 * p2 - root) / A;
+    const Floats facing = -root / radius_m;  // g'x
+    const auto grazing2 = static_cast<float>(kGrazing * kGrazing);
+    const Masks hit = p.there & (z > 0) & (facing * facing >= grazing2 * (x * x + y * y + 1));
+    met -= hit;
+    const Floats s = z * along(x, y, one) - lp;
+    const Floats g1 = (z * x1 - p1) / radius_m;
+    const Floats g2 = (z * x2 - p2) / radius_m;
+    const Floats w = 1 / z;
+    const Floats scale = w * w / facing;
+    Floats J[5] = {-g1 * scale, -g2 * scale, -s * g1 * scale, -s * g2 * scale, -scale};
+    for (Floats& partial : J) {
+      partial = hit ? partial : Floats{};
     }
-    const double z = (B - std::sqrt(root)) / A;
-    const Vector3d w = z * ray - at.p_S;
-    const double s = at.l_S.dot(w);
-    const double gx = e1.dot(w) / at.radius_m;
-    const double gy = e2.dot(w) / at.radius_m;
-    const double facing = gx * e1.dot(ray) + gy * e2.dot(ray);  // g'x
-    if (facing * facing < kGrazing * kGrazing * ray.squaredNorm() || !(z > 0)) {
-      continue;
-    }
-    ++hits;
-    const double scale = 1 / (facing * z * z);
-    const Vec<5> J{-gx * scale, -gy * scale, -s * gx * scale, -s * gy * scale, -scale};
-    const double weight = 1 / noise.VarianceInverse(1 / z);
-    const double residual = (z - static_cast<double>(point.z())) / (z * z);
-    sums.b += weight * residual * J;
-    sums.chi2 += weight * residual * residual;
-    for (int i = 0; i < 5; ++i) {
-      for (int j = 0; j <= i; ++j) {
-        sums.N(i, j) += weight * J(i) * J(j);
-      }
-    }
-  }
-  sums.N.triangularView<Eigen::StrictlyUpper>() = sums.N.transpose();
+    const Floats residual = hit ? (z - p.z) * w * w : Floats{};
+    of_part.Add(J, residual, hit ? 1 / VarianceInverse(w, noise) : Floats{});
+  });
+  hits = pipewright::Sum(met);
   return sums;
 }
 

@@ -13,10 +13,7 @@ namespace {
 constexpr int kAttempts = 8;       // hypotheses refined a frame
 constexpr double kPatch_m = 0.12;  // radius about a draw's reading
 constexpr int kMinPatch = 12;
-constexpr float kReach_m = 1.5F;        // along the axis from a hypothesis' middle
 constexpr double kMinCurvature = 0.01;  // second eigenvalue of the normals: less is flat
-constexpr float kNormalAgrees = 0.6F;   // cosine
-constexpr float kSlack_m = 0.001F;      // pipes are round to this
 
 }  // namespace
 
@@ -46,7 +43,7 @@ void PipeFinder::Find(DepthView& view, std::span<const CylinderFit> hints,
   Gather(view);
   Sample();
   for (const CylinderFit& hint : hints) {
-    if (samples_ > 0) {
+    if (sampled_.size() > 0) {
       Consider(view, {hint, Score(hint)});
     }
   }
@@ -64,84 +61,79 @@ void PipeFinder::Find(DepthView& view, std::span<const CylinderFit> hints,
 
 /// The readings that may be of a pipe: in range, of no plane, with a normal.
 void PipeFinder::Gather(const DepthView& view) {
-  readings_ = 0;
-  for (int i = 0; i < view.size(); ++i) {
-    reading_of_[i] = -1;
-    if (view.use(i) != DepthView::Use::kFree ||
-        view.inverse_z(i) * static_cast<float>(config_.pipe_range_m) < 1) {
-      continue;
+  constexpr int kRun = 64;
+  std::array<Eigen::Vector3f, kRun> n_S;
+  const auto range_m = static_cast<float>(config_.pipe_range_m);
+  const auto wanted = [&](int i) {
+    return view.use(i) == DepthView::Use::kFree && view.inverse_z(i) * range_m >= 1;
+  };
+  reading_.clear();
+  std::fill_n(reading_of_.begin(), view.size(), std::int16_t{-1});
+  for (int i = 0; i < view.size();) {
+    const int row_end = (i / view.width() + 1) * view.width();
+    int end = i;
+    while (end < row_end && end - i < kRun && wanted(end)) {
+      ++end;
     }
-    if (const std::optional<Eigen::Vector3f> n = view.Normal(i)) {
-      const float z = 1 / view.inverse_z(i);
-      reading_[readings_] = {i, view.p_S(i), *n, z / view.inverse_sigma(i)};
-      reading_of_[i] = static_cast<std::int16_t>(readings_);
-      barred_[readings_] = 0;
-      ++readings_;
+    view.Normals(i, end, n_S.data());
+    for (int j = i; j < end; ++j) {
+      if (const Eigen::Vector3f& n = n_S[j - i]; n != Eigen::Vector3f::Zero()) {
+        reading_of_[j] = static_cast<std::int16_t>(reading_.size());
+        barred_[reading_.size()] = 0;
+        pixel_[reading_.size()] = j;
+        reading_.push_back(view.p_S(j), n, 1 / (view.inverse_z(j) * view.inverse_sigma(j)));
+      }
     }
+    i = std::max(end, i + 1);
   }
+  reading_.Close();
 }
 
 void PipeFinder::Sample() {
-  int free = 0;
-  for (int k = 0; k < readings_; ++k) {
-    free += barred_[k] == 0;
-  }
-  samples_ = 0;
+  sampled_.clear();
+  const auto free =
+      static_cast<int>(std::count(barred_.begin(), barred_.begin() + reading_.size(), 0));
   if (free < config_.pipe_min_points) {
     return;
   }
   const int step = 1 + free / kMaxSamples;
   int count = 0;
-  for (int k = 0; k < readings_; ++k) {
-    if (barred_[k] == 0 && count++ % step == 0 && samples_ < kMaxSamples) {
-      sample_[samples_++] = k;
+  for (int k = 0; k < reading_.size(); ++k) {
+    if (barred_[k] == 0 && count++ % step == 0 && sampled_.size() < kMaxSamples) {
+      sample_[sampled_.size()] = k;
+      sampled_.push_back(reading_, k);
     }
   }
-}
-
-/// In single precision: it only chooses, and is asked of every reading again and again.
-bool PipeFinder::Agrees(const Reading& reading, const Axis& axis, float& s_m) const {
-  const Eigen::Vector3f w = reading.p_S - axis.p_S;
-  s_m = axis.l_S.dot(w);
-  const Eigen::Vector3f across = w - s_m * axis.l_S;
-  const float rho = std::sqrt(across.squaredNorm());
-  const float off_m = std::abs(rho - axis.radius_m);
-  if (std::abs(s_m) > kReach_m || rho < 1e-6F || off_m > 0.1F ||
-      reading.n_S.dot(across) < kNormalAgrees * rho) {
-    return false;
-  }
-  const float towards = std::abs(across.dot(reading.p_S)) / rho;
-  const float grazing = static_cast<float>(kGrazing) * std::sqrt(reading.p_S.squaredNorm());
-  const float sigma_m = reading.sigma_per_m * std::max(towards, grazing);
-  return off_m < static_cast<float>(config_.inlier_sigmas) * sigma_m + kSlack_m;
+  sampled_.Close();
 }
 
 int PipeFinder::Score(const CylinderFit& pipe) const {
-  const Axis axis(pipe);
-  int score = 0;
-  float s_m = 0;
-  for (int k = 0; k < samples_; ++k) {
-    score += Agrees(reading_[sample_[k]], axis, s_m);
+  const PipeAxis axis(pipe);
+  const auto sigmas = static_cast<float>(config_.inlier_sigmas);
+  Masks score{};
+  Floats s_m;
+  for (int k = 0; k < sampled_.size(); k += kLanes) {
+    score -= sampled_.Agree(k, axis, sigmas, s_m);
   }
-  return score;
+  return Sum(score);
 }
 
 /// Readings about `seed` in the image and in space, thinned to kMaxPatch.
 int PipeFinder::Patch(const DepthView& view, int seed) {
-  const Reading& center = reading_[seed];
+  const Eigen::Vector3f center = reading_.p_S(seed);
   const int reach =
-      std::clamp(static_cast<int>(kPatch_m * view.focal() / center.p_S.z()), 2, view.width() / 4);
+      std::clamp(static_cast<int>(kPatch_m * view.focal() / center.z()), 2, view.width() / 4);
   const int step = 1 + (2 * reach + 1) * (2 * reach + 1) / (2 * kMaxPatch);
-  const int column = center.pixel % view.width();
-  const int row = center.pixel / view.width();
+  const int column = pixel_[seed] % view.width();
+  const int row = pixel_[seed] / view.width();
   int count = 0;
   int passed = 0;
   for (int r = std::max(0, row - reach); r <= std::min(view.height() - 1, row + reach); ++r) {
     for (int c = std::max(0, column - reach); c <= std::min(view.width() - 1, column + reach);
          ++c) {
       const int k = reading_of_[r * view.width() + c];
-      if (k < 0 || barred_[k] != 0 || passed++ % step != 0 || count == kMaxPatch ||
-          (reading_[k].p_S - center.p_S).squaredNorm() > kPatch_m * kPatch_m) {
+      if (k < 0 || passed++ % step != 0 || count == kMaxPatch ||
+          (reading_.p_S(k) - center).squaredNorm() > kPatch_m * kPatch_m) {
         continue;
       }
       patch_[count++] = k;
@@ -152,7 +144,7 @@ int PipeFinder::Patch(const DepthView& view, int seed) {
 
 bool PipeFinder::FromDirection(const Vector3d& l_S, int patch, CylinderFit& pipe) {
   for (int k = 0; k < patch; ++k) {
-    point_[k] = reading_[patch_[k]].p_S;
+    point_[k] = reading_.p_S(patch_[k]);
   }
   return CircleAcross(l_S, {point_.data(), static_cast<std::size_t>(patch)}, pipe) &&
          pipe.radius_m > config_.pipe_radius_min_m / 2 &&
@@ -167,8 +159,8 @@ void PipeFinder::Keep(const CylinderFit& pipe, Hypothesis& best) const {
 
 PipeFinder::Hypothesis PipeFinder::Draw(const DepthView& view) {
   Hypothesis best;
-  for (int draw = 0; draw < config_.pipe_draws && samples_ > 0; ++draw) {
-    const int count = Patch(view, sample_[rng_.Index(samples_)]);
+  for (int draw = 0; draw < config_.pipe_draws && sampled_.size() > 0; ++draw) {
+    const int count = Patch(view, sample_[rng_.Index(sampled_.size())]);
     if (count < kMinPatch) {
       continue;
     }
@@ -176,11 +168,11 @@ PipeFinder::Hypothesis PipeFinder::Draw(const DepthView& view) {
     Matrix3d spread = Matrix3d::Zero();
     Vector3d mean = Vector3d::Zero();
     for (int k = 0; k < count; ++k) {
-      mean += reading_[patch_[k]].p_S.cast<double>() / count;
+      mean += reading_.p_S(patch_[k]).cast<double>() / count;
     }
     for (int k = 0; k < count; ++k) {
-      const Vector3d n = reading_[patch_[k]].n_S.cast<double>();
-      const Vector3d w = reading_[patch_[k]].p_S.cast<double>() - mean;
+      const Vector3d n = reading_.n_S(patch_[k]).cast<double>();
+      const Vector3d w = reading_.p_S(patch_[k]).cast<double>() - mean;
       normals += n * n.transpose() / count;
       spread += w * w.transpose() / count;
     }

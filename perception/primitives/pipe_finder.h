@@ -8,6 +8,7 @@
 
 #include "perception/primitives/depth_view.h"
 #include "perception/primitives/fit.h"
+#include "perception/primitives/pipe_readings.h"
 #include "perception/primitives/pixel_distance.h"
 #include "perception/primitives/plane_finder.h"
 #include "platform/core/fixed_vector.h"
@@ -55,21 +56,6 @@ class PipeFinder {
   static constexpr int kMaxPoints = 1200;   ///< of one pipe; more are thinned
   static constexpr int kRoughPoints = 300;  ///< the same before its last fit
 
-  struct Reading {
-    int pixel = 0;
-    Eigen::Vector3f p_S;
-    Eigen::Vector3f n_S;
-    float sigma_per_m = 0;  ///< σ(z)/z: times |g'p|, the noise across a surface with normal g
-  };
-  struct Axis {
-    explicit Axis(const CylinderFit& pipe)
-        : p_S(pipe.p_S.cast<float>()),
-          l_S(pipe.l_S.cast<float>()),
-          radius_m(static_cast<float>(pipe.radius_m)) {}
-    Eigen::Vector3f p_S;
-    Eigen::Vector3f l_S;
-    float radius_m;
-  };
   struct Hypothesis {
     CylinderFit pipe;
     int score = 0;
@@ -82,17 +68,17 @@ class PipeFinder {
   bool FromDirection(const Vector3d& l_S, int patch, CylinderFit& pipe);
   void Keep(const CylinderFit& pipe, Hypothesis& best) const;
   int Score(const CylinderFit& pipe) const;
-  bool Agrees(const Reading& reading, const Axis& axis, float& s_m) const;
+  template <typename Use>
+  void ForAgreeing(const CylinderFit& pipe, const Use& use) const;
   int Collect(const CylinderFit& pipe, DetectedPipe& bounds);
   bool Consider(DepthView& view, const Hypothesis& hypothesis);
   void Bar(const CylinderFit& pipe);
+  void Take(int k);
   bool Refine(const Hypothesis& hypothesis, DetectedPipe& pipe);
-  struct Meeting;
-  std::optional<Meeting> Meet(const DepthView& view, const CylinderFit& pipe, int i) const;
   int CollectAlongRays(const DepthView& view, const DetectedPipe& pipe, int& step);
   PixelBox MarkAlongRays(const DepthView& view, const DetectedPipe& pipe);
-  void MeasureFromOthers(const DepthView& view, const DetectedPipe& pipe, const PixelBox& box);
-  bool NearAnother(const Vector3d& p_SQ) const;
+  void MeasureFromOthers(const DepthView& view, const PixelBox& box);
+  bool NearAnother(const Vector3d& p_SQ, double sigma_m) const;
   bool Polish(const DepthView& view, DetectedPipe& pipe);
   bool IsPipe(const DepthView& view, const DetectedPipe& pipe, int count) const;
   bool HidesWhatIsBehind(const DepthView& view, const DetectedPipe& pipe) const;
@@ -103,14 +89,18 @@ class PipeFinder {
   Rng rng_;
   FixedVector<DetectedPipe, kMaxPipes> found_;
   std::span<const DetectedPlane> planes_;  ///< while Find() runs
-  int readings_ = 0;
-  std::array<Reading, DepthView::kMaxPixels> reading_;
-  std::array<std::uint8_t, DepthView::kMaxPixels> barred_{};  ///< by reading: used, or of no pipe
-  std::array<std::int16_t, DepthView::kMaxPixels> reading_of_{};  ///< by pixel; -1: none
-  int samples_ = 0;
-  std::array<int, kMaxSamples> sample_{};
+  PipeReadings<DepthView::kMaxPixels> reading_;
+  std::array<int, DepthView::kMaxPixels> pixel_{};                     ///< of each reading
+  std::array<std::uint8_t, DepthView::kMaxPixels + kLanes> barred_{};  ///< used, or of no pipe
+  std::array<std::int16_t, DepthView::kMaxPixels> reading_of_{};  ///< by pixel; -1: none, or barred
+  std::array<int, kMaxSamples> sample_{};                         ///< readings that are not barred
+  PipeReadings<kMaxSamples> sampled_;
   std::array<int, kMaxPatch> patch_{};
-  std::array<std::uint8_t, DepthView::kMaxPixels> on_pipe_{};     ///< by pixel: within its gate
+  // By pixel, where the ray meets the pipe that is looked at.
+  enum class Side : std::uint8_t { kNone, kOnPipe, kGoesOn };
+  std::array<Side, DepthView::kMaxPixels + kLanes> side_{};
+  std::array<float, DepthView::kMaxPixels + kLanes> z_on_pipe_m_{};  ///< where kOnPipe
+  std::array<float, DepthView::kMaxPixels + kLanes> along_pipe_m_{};
   std::array<std::uint8_t, DepthView::kMaxPixels> from_other_{};  ///< pixels
   // Readings that agree with the pipe that is looked at, and those it is fitted to.
   std::array<int, DepthView::kMaxPixels> agree_{};

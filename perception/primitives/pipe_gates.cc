@@ -4,6 +4,7 @@
 #include <numbers>
 
 #include "perception/primitives/pipe_finder.h"
+#include "perception/primitives/pipe_rays.h"
 
 namespace pipewright {
 namespace {
@@ -15,9 +16,10 @@ constexpr int kMinInBin = 2;
 constexpr int kArcBins = 36;
 constexpr double kRefineFactor = 1.3;  // radius limits while refining
 constexpr double kMaxAxisSigma_rad = 0.15;
-constexpr double kBehind_m = 0.03;  // a reading this far behind a pipe is seen through it
+constexpr float kBehind_m = 0.03F;  // a reading this far behind a pipe is seen through it
+constexpr float kBehindSigmas = 4;  // and this much more
 constexpr double kCore = 0.8;       // share of the radius within which rays are asked
-constexpr double kClaim_m = 0.01;
+constexpr float kClaim_m = 0.01F;
 
 int BinOf(double s_m) {
   return std::clamp(static_cast<int>(std::floor(s_m / kBin_m)) + kBins / 2, 0, kBins - 1);
@@ -25,20 +27,32 @@ int BinOf(double s_m) {
 
 }  // namespace
 
+/// Calls use(k, s) for the readings that agree with a pipe and are not barred.
+template <typename Use>
+void PipeFinder::ForAgreeing(const CylinderFit& pipe, const Use& use) const {
+  const PipeAxis axis(pipe);
+  const auto sigmas = static_cast<float>(config_.inlier_sigmas);
+  for (int k = 0; k < reading_.size(); k += kLanes) {
+    Floats s_m;
+    const Masks agree = reading_.Agree(k, axis, sigmas, s_m);
+    for (int lane = 0; lane < kLanes && Any(agree); ++lane) {
+      if (agree[lane] != 0 && barred_[k + lane] == 0) {
+        use(k + lane, s_m[lane]);
+      }
+    }
+  }
+}
+
 /// The readings that agree with a pipe, of the stretch about the fullest part of its axis; its
 /// ends.
 int PipeFinder::Collect(const CylinderFit& pipe, DetectedPipe& bounds) {
-  const Axis axis(pipe);
   std::array<int, kBins> histogram{};
-  float s_m = 0;
   int agree = 0;
-  for (int k = 0; k < readings_; ++k) {
-    if (barred_[k] == 0 && Agrees(reading_[k], axis, s_m)) {
-      ++histogram[BinOf(s_m)];
-      agree_[agree] = k;
-      along_m_[agree++] = s_m;
-    }
-  }
+  ForAgreeing(pipe, [&](int k, float s_m) {
+    ++histogram[BinOf(s_m)];
+    agree_[agree] = k;
+    along_m_[agree++] = s_m;
+  });
   const int fullest =
       static_cast<int>(std::max_element(histogram.begin(), histogram.end()) - histogram.begin());
   const int gap = static_cast<int>(config_.pipe_max_gap_m / kBin_m);
@@ -65,7 +79,7 @@ int PipeFinder::Collect(const CylinderFit& pipe, DetectedPipe& bounds) {
     bounds.lo_m = std::min(bounds.lo_m, along_m);
     bounds.hi_m = std::max(bounds.hi_m, along_m);
     if (passed++ % step == 0) {
-      point_[count++] = reading_[agree_[k]].p_S;
+      point_[count++] = reading_.p_S(agree_[k]);
     }
   }
   return count;
@@ -116,20 +130,18 @@ double PipeFinder::Arc(const CylinderFit& pipe, int count) const {
 bool PipeFinder::HidesWhatIsBehind(const DepthView& view, const DetectedPipe& pipe) const {
   CylinderFit core = pipe.fit;
   core.radius_m *= kCore;
-  int hit = 0;
-  int through = 0;
-  for (int i = 0; i < view.size(); ++i) {
-    if (!view.seen(i)) {
-      continue;
-    }
-    const auto z = DepthOfPipe({view.x(i), view.y(i), 1}, core, pipe.lo_m, pipe.hi_m);
-    if (z) {
-      const double noise_m = 4 * *z * *z * config_.noise.SigmaInverse(1 / *z);
-      ++hit;
-      through += 1 / static_cast<double>(view.inverse_z(i)) > *z + kBehind_m + noise_m;
-    }
-  }
-  return through <= config_.pipe_see_through_max * hit;
+  const auto lo_m = static_cast<float>(pipe.lo_m);
+  const auto hi_m = static_cast<float>(pipe.hi_m);
+  Masks hit{};
+  Masks through{};
+  PipeRays(core).ForMeeting(view, [&](int i, const PipeRays::Entry& entry) {
+    const Masks asked = entry.meets & (entry.s_m >= lo_m) & (entry.s_m <= hi_m);
+    const Floats z2 = entry.z_m * entry.z_m;
+    const Floats noise_m = kBehindSigmas * z2 * SigmaInverse(1 / entry.z_m, config_.noise);
+    hit -= asked;
+    through -= asked & (1 / view.four_inverse_z(i) > entry.z_m + kBehind_m + noise_m);
+  });
+  return Sum(through) <= config_.pipe_see_through_max * Sum(hit);
 }
 
 bool PipeFinder::IsPipe(const DepthView& view, const DetectedPipe& pipe, int count) const {
@@ -167,29 +179,28 @@ bool PipeFinder::Consider(DepthView& view, const Hypothesis& hypothesis) {
   return false;
 }
 
-/// Takes the readings that agree with a hypothesis out of further draws.
+/// Takes a reading out of further draws.
+void PipeFinder::Take(int k) {
+  barred_[k] = 1;
+  reading_of_[pixel_[k]] = -1;
+}
+
 void PipeFinder::Bar(const CylinderFit& pipe) {
-  const Axis axis(pipe);
-  float s_m = 0;
-  for (int k = 0; k < readings_; ++k) {
-    if (barred_[k] == 0 && Agrees(reading_[k], axis, s_m)) {
-      barred_[k] = 1;
-    }
-  }
+  ForAgreeing(pipe, [this](int k, float /*s_m*/) { Take(k); });
 }
 
 void PipeFinder::Claim(DepthView& view, const DetectedPipe& pipe) {
-  for (int k = 0; k < readings_; ++k) {
-    const Vector3d p = reading_[k].p_S.cast<double>();
-    const Vector3d w = p - pipe.fit.p_S;
-    const double s_m = pipe.fit.l_S.dot(w);
-    const Vector3d across = w - s_m * pipe.fit.l_S;
-    const double rho = std::sqrt(across.squaredNorm());
-    const double limit = config_.inlier_sigmas * SurfaceSigma(p, p.normalized(), config_.noise);
-    if (s_m > pipe.lo_m - kBin_m && s_m < pipe.hi_m + kBin_m &&
-        std::abs(rho - pipe.fit.radius_m) < limit + kClaim_m) {
-      barred_[k] = 1;
-      view.set_use(reading_[k].pixel, DepthView::Use::kPipe);
+  const PipeAxis axis(pipe.fit);
+  const auto lo_m = static_cast<float>(pipe.lo_m - kBin_m);
+  const auto hi_m = static_cast<float>(pipe.hi_m + kBin_m);
+  const auto sigmas = static_cast<float>(config_.inlier_sigmas);
+  for (int k = 0; k < reading_.size(); k += kLanes) {
+    const Masks near = reading_.Near(k, axis, lo_m, hi_m, sigmas, kClaim_m);
+    for (int lane = 0; lane < kLanes && Any(near); ++lane) {
+      if (near[lane] != 0) {
+        Take(k + lane);
+        view.set_use(pixel_[k + lane], DepthView::Use::kPipe);
+      }
     }
   }
 }

@@ -3,32 +3,36 @@
 #include <cmath>
 
 #include "perception/primitives/pipe_finder.h"
+#include "perception/primitives/pipe_rays.h"
 
 namespace pipewright {
 namespace {
 
 constexpr int kRounds = 2;
-constexpr double kMinFacing = 0.25;  // cosine to the view: more is not lost to grazing
+constexpr float kMinFacing = 0.25F;  // cosine to the view: more is not lost to grazing
 constexpr double kRangeSigmas = 4;
-constexpr double kReach_m = 3;
-constexpr int kBorder = 8;            // pixels
-constexpr double kGoesOnSigmas = 15;  // off the pipe: farther, it is behind or before it
-constexpr int kStraySupport = 5;      // of 9 pixels: with more about it, it is of the pipe
-constexpr double kClaim_m = 0.01;     // of other pipes, as in Claim()
+constexpr float kReach_m = 3;
+constexpr int kBorder = 8;           // pixels
+constexpr float kGoesOnSigmas = 15;  // off the pipe: farther, it is behind or before it
+constexpr int kStraySupport = 5;     // of 9 pixels: with more about it, it is of the pipe
+constexpr double kClaim_m = 0.01;    // of other pipes, as in Claim()
 
 }  // namespace
 
 /// Whether a reading of this point might have been taken for another primitive's: then those that
 /// were not are a choice by their noise.
-bool PipeFinder::NearAnother(const Vector3d& p_SQ) const {
+/// @param sigma_m  noise of a reading of it along its ray, the most across any surface
+bool PipeFinder::NearAnother(const Vector3d& p_SQ, double sigma_m) const {
   const double gate = config_.inlier_sigmas;
   const double clear = config_.plane_clear_sigmas + gate;
+  const double clear_m = 2 * config_.plane_clear_m;
   for (const DetectedPlane& plane : planes_) {
-    if (Near(plane, p_SQ, config_.noise, clear, 2 * config_.plane_clear_m)) {
+    const double off_m = std::abs(plane.fit.n_S.dot(p_SQ) - plane.fit.d_m);
+    if (off_m < std::max(clear_m, clear * sigma_m) &&
+        Near(plane, p_SQ, config_.noise, clear, clear_m)) {
       return true;
     }
   }
-  const double sigma_m = SurfaceSigma(p_SQ, p_SQ.normalized(), config_.noise);
   for (const DetectedPipe& pipe : found_) {
     const Vector3d w = p_SQ - pipe.fit.p_S;
     const double s_m = pipe.fit.l_S.dot(w);
@@ -41,59 +45,47 @@ bool PipeFinder::NearAnother(const Vector3d& p_SQ) const {
   return false;
 }
 
-/// Where the ray of a pixel meets a pipe that has no ends and faces the camera, and how far its
-/// reading is from there, in sigmas.
-struct PipeFinder::Meeting {
-  double z_m;
-  double sigmas;
-};
-std::optional<PipeFinder::Meeting> PipeFinder::Meet(const DepthView& view, const CylinderFit& pipe,
-                                                    int i) const {
-  const Vector3d ray(view.x(i), view.y(i), 1);
-  const std::optional<double> z_m = DepthOfPipe(ray, pipe, -kReach_m, kReach_m);
-  if (!z_m) {
-    return std::nullopt;
-  }
-  const Vector3d from = *z_m * ray - pipe.p_S;
-  const Vector3d g = (from - pipe.l_S.dot(from) * pipe.l_S) / pipe.radius_m;
-  if (-g.dot(ray) < kMinFacing * std::sqrt(ray.squaredNorm())) {
-    return std::nullopt;
-  }
-  const double w = 1 / *z_m;
-  return Meeting{
-      *z_m, w * (1 - w / static_cast<double>(view.inverse_z(i))) / config_.noise.SigmaInverse(w)};
-}
-
-/// Marks the pixels within the gate of the pipe; a box that holds them and a little more.
+/// Tells for each pixel whether its reading is within the gate of the pipe where that faces the
+/// camera, or off it by so little that its surface may go on from it. A box about those within.
 PixelBox PipeFinder::MarkAlongRays(const DepthView& view, const DetectedPipe& pipe) {
   PixelBox box{view.height(), -1, view.width(), -1};
-  std::fill_n(on_pipe_.begin(), view.size(), std::uint8_t{0});
-  for (int k = 0; k < readings_; ++k) {
-    const int i = reading_[k].pixel;
-    const std::optional<Meeting> meeting = Meet(view, pipe.fit, i);
-    if (barred_[k] != 0 || !meeting || std::abs(meeting->sigmas) > config_.inlier_sigmas) {
-      continue;
+  std::fill_n(side_.begin(), view.size(), Side::kNone);
+  const auto gate = static_cast<float>(config_.inlier_sigmas);
+  PipeRays(pipe.fit).ForMeeting(view, [&](int i, const PipeRays::Entry& entry) {
+    const Floats w = 1 / entry.z_m;
+    const Floats sigmas =
+        Absolute(w * (1 - w / view.four_inverse_z(i))) / SigmaInverse(w, config_.noise);
+    const Masks about = entry.meets & (entry.cosine2 >= kMinFacing * kMinFacing) &
+                        (Absolute(entry.s_m) <= kReach_m) & (sigmas < kGoesOnSigmas);
+    Store(entry.z_m, &z_on_pipe_m_[i]);
+    Store(entry.s_m, &along_pipe_m_[i]);
+    for (int lane = 0; lane < kLanes && Any(about); ++lane) {
+      const int j = i + lane;
+      if (about[lane] != 0 && (sigmas[lane] > gate || reading_of_[j] < 0)) {
+        side_[j] = Side::kGoesOn;
+      } else if (about[lane] != 0) {
+        side_[j] = Side::kOnPipe;
+        const int row = j / view.width();
+        const int column = j % view.width();
+        box = {std::min(box.row_lo, row), std::max(box.row_hi, row),
+               std::min(box.column_lo, column), std::max(box.column_hi, column)};
+      }
     }
-    on_pipe_[i] = 1;
-    const int row = i / view.width();
-    const int column = i % view.width();
-    box = {std::min(box.row_lo, row - kBorder), std::max(box.row_hi, row + kBorder),
-           std::min(box.column_lo, column - kBorder), std::max(box.column_hi, column + kBorder)};
-  }
-  return {std::max(0, box.row_lo), std::min(view.height() - 1, box.row_hi),
-          std::max(0, box.column_lo), std::min(view.width() - 1, box.column_hi)};
+  });
+  return {std::max(0, box.row_lo - kBorder), std::min(view.height() - 1, box.row_hi + kBorder),
+          std::max(0, box.column_lo - kBorder),
+          std::min(view.width() - 1, box.column_hi + kBorder)};
 }
 
 /// Measures how many pixels each pixel is from a surface that goes on from the pipe and is none of
 /// it.
-void PipeFinder::MeasureFromOthers(const DepthView& view, const DetectedPipe& pipe,
-                                   const PixelBox& box) {
+void PipeFinder::MeasureFromOthers(const DepthView& view, const PixelBox& box) {
   const int width = view.width();
   const auto support = [&](int row, int column) {
     int on = 0;
     for (int r = std::max(0, row - 1); r <= std::min(view.height() - 1, row + 1); ++r) {
       for (int c = std::max(0, column - 1); c <= std::min(width - 1, column + 1); ++c) {
-        on += on_pipe_[r * width + c];
+        on += side_[r * width + c] == Side::kOnPipe;
       }
     }
     return on;
@@ -101,11 +93,8 @@ void PipeFinder::MeasureFromOthers(const DepthView& view, const DetectedPipe& pi
   for (int row = box.row_lo; row <= box.row_hi; ++row) {
     for (int column = box.column_lo; column <= box.column_hi; ++column) {
       const int i = row * width + column;
-      from_other_[i] = 255;
-      if (view.seen(i) && on_pipe_[i] == 0 && support(row, column) <= kStraySupport) {
-        const std::optional<Meeting> meeting = Meet(view, pipe.fit, i);
-        from_other_[i] = meeting && std::abs(meeting->sigmas) < kGoesOnSigmas ? 0 : 255;
-      }
+      const bool other = side_[i] == Side::kGoesOn && support(row, column) <= kStraySupport;
+      from_other_[i] = other ? 0 : 255;
     }
   }
   SweepDistances(from_other_, width, box);
@@ -117,24 +106,23 @@ void PipeFinder::MeasureFromOthers(const DepthView& view, const DetectedPipe& pi
 /// nothing is chosen by its noise; the cut at the gate is symmetric.
 int PipeFinder::CollectAlongRays(const DepthView& view, const DetectedPipe& pipe, int& step) {
   const PixelBox box = MarkAlongRays(view, pipe);
-  MeasureFromOthers(view, pipe, box);
+  MeasureFromOthers(view, box);
   const double range_m = config_.pipe_range_m;
   const double nearest = 1 / range_m + kRangeSigmas * config_.noise.SigmaInverse(1 / range_m);
   int agree = 0;
-  for (int k = 0; k < readings_; ++k) {
-    const int i = reading_[k].pixel;
-    if (on_pipe_[i] == 0) {
-      continue;
-    }
-    const Vector3d ray(view.x(i), view.y(i), 1);
-    const std::optional<double> z_m = DepthOfPipe(ray, pipe.fit, pipe.lo_m, pipe.hi_m);
-    if (!z_m || 1 / *z_m < nearest) {
-      continue;
-    }
-    const double sigma_z = *z_m * config_.noise.SigmaInverse(1 / *z_m);
-    const double reach = 1 + config_.inlier_sigmas * sigma_z * static_cast<double>(view.focal());
-    if (from_other_[i] > reach && !NearAnother(*z_m * ray)) {
-      agree_[agree++] = k;
+  for (int row = box.row_lo; row <= box.row_hi; ++row) {
+    for (int i = row * view.width() + box.column_lo; i <= row * view.width() + box.column_hi; ++i) {
+      const double s_m = along_pipe_m_[i];
+      const double z_m = z_on_pipe_m_[i];
+      if (side_[i] != Side::kOnPipe || s_m < pipe.lo_m || s_m > pipe.hi_m || z_m * nearest > 1) {
+        continue;
+      }
+      const Vector3d p_SQ = z_m * Vector3d(view.x(i), view.y(i), 1);
+      const double sigma_z = z_m * config_.noise.SigmaInverse(1 / z_m);
+      const double reach = 1 + config_.inlier_sigmas * sigma_z * static_cast<double>(view.focal());
+      if (from_other_[i] > reach && !NearAnother(p_SQ, sigma_z * p_SQ.norm())) {
+        agree_[agree++] = i;
+      }
     }
   }
   if (step == 0) {
@@ -143,7 +131,7 @@ int PipeFinder::CollectAlongRays(const DepthView& view, const DetectedPipe& pipe
   int count = 0;
   for (int k = 0; k < agree && count < kMaxPoints; ++k) {
     if (agree_[k] % step == 0) {
-      point_[count++] = reading_[agree_[k]].p_S;
+      point_[count++] = view.p_S(agree_[k]);
     }
   }
   return count;

@@ -141,6 +141,7 @@ int PlaneFinder::Collect(const DepthView& view, const Eigen::Vector3f& m, double
     on &= std::abs(residual) * view.inverse_sigma(i) < limit ? 1 : 0;
     mark_[i] = static_cast<std::uint8_t>(on);
   }
+  std::fill_n(mark_.begin() + size, kLanes, std::uint8_t{0});
   int count = 0;
   for (int i = 0; i < size; ++i) {
     inlier_[count] = i;

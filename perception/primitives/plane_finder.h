@@ -79,6 +79,7 @@ class PlaneFinder {
   int KeepLargeParts(const DepthView& view, int count);
   bool Bound(const DepthView& view, int count, DetectedPlane& plane) const;
   void MeasureFromOthers(const DepthView& view, const Eigen::Vector3f& m);
+  void MarkCorners(const DepthView& view, const Eigen::Vector3f& m, const DetectedPlane& plane);
   bool Polish(const DepthView& view, DetectedPlane& plane);
   int Support(const DepthView& view, int i) const;
   void Claim(DepthView& view, const DetectedPlane& plane) const;
@@ -96,9 +97,9 @@ class PlaneFinder {
   // The readings on the plane that is looked at.
   std::array<int, DepthView::kMaxPixels + 1> inlier_{};
   std::array<Eigen::Vector3f, DepthView::kMaxPixels> point_;
-  std::array<std::uint8_t, DepthView::kMaxPixels> mark_{};        ///< 1 on the plane, 3 kept
-  std::array<std::uint8_t, DepthView::kMaxPixels> barred_{};      ///< led to no plane in this frame
-  std::array<std::uint8_t, DepthView::kMaxPixels> from_other_{};  ///< pixels
+  std::array<std::uint8_t, DepthView::kMaxPixels + kLanes> mark_{};  ///< 1 on the plane, 3 kept
+  std::array<std::uint8_t, DepthView::kMaxPixels> barred_{};  ///< led to no plane in this frame
+  std::array<std::uint8_t, DepthView::kMaxPixels + kLanes> from_other_{};  ///< pixels
   std::array<int, DepthView::kMaxPixels + 1> free_{};
   std::array<Run, DepthView::kMaxPixels / 2 + 1> run_;
 };

@@ -40,6 +40,38 @@ bool Near(const DetectedPlane& plane, const Vector3d& p_SQ, const DepthNoise& no
   return off_m < least_m || off_m < sigmas * SurfaceSigma(p_SQ, plane.fit.n_S, noise);
 }
 
+namespace {
+
+/// Four points, and their noise along the ray over their depth.
+struct FourPoints {
+  Floats x, y, z;
+  Floats sigma_per_m;
+};
+Floats Dot(const Vector3d& v, const FourPoints& p) {
+  return static_cast<float>(v.x()) * p.x + static_cast<float>(v.y()) * p.y +
+         static_cast<float>(v.z()) * p.z;
+}
+Floats Length(const FourPoints& p) { return SquareRoot(p.x * p.x + p.y * p.y + p.z * p.z); }
+
+/// Near() of four points.
+Masks Near(const DetectedPlane& plane, const FourPoints& p, float sigmas, float least_m) {
+  Masks near = Masks{-1, -1, -1, -1};
+  const Vector3d* const axes[] = {&plane.e1_S, &plane.e2_S};
+  for (int a = 0; a < 2; ++a) {
+    const double center_m = axes[a]->dot(plane.p_SCentroid);
+    const Floats at_m = Dot(*axes[a], p);
+    near &= (at_m >= static_cast<float>(center_m + plane.lo_m[a] - kBorder_m)) &
+            (at_m <= static_cast<float>(center_m + plane.hi_m[a] + kBorder_m));
+  }
+  const Floats height_m = Dot(plane.fit.n_S, p);
+  const Floats off_m = Absolute(height_m - static_cast<float>(plane.fit.d_m));
+  const Floats grazing_m = static_cast<float>(kGrazing) * Length(p);
+  const Floats sigma_m = Greater(Absolute(height_m), grazing_m) * p.sigma_per_m;
+  return near & ((off_m < least_m) | (off_m < sigmas * sigma_m));
+}
+
+}  // namespace
+
 /// Measures how many pixels each pixel is from a surface that goes on from the plane and is none of
 /// it.
 void PlaneFinder::MeasureFromOthers(const DepthView& view, const Eigen::Vector3f& m) {
@@ -52,28 +84,47 @@ void PlaneFinder::MeasureFromOthers(const DepthView& view, const Eigen::Vector3f
   SweepDistances(from_other_, view.width(), {0, view.height() - 1, 0, view.width() - 1});
 }
 
+/// Unmarks what is kept of a plane m where another surface meets it: within as many pixels of one
+/// as a surface that leaves the plane by 45 degrees is in its gate, or near another plane.
+void PlaneFinder::MarkCorners(const DepthView& view, const Eigen::Vector3f& m,
+                              const DetectedPlane& plane) {
+  const auto clear = static_cast<float>(config_.plane_clear_sigmas + config_.inlier_sigmas);
+  const auto clear_m = static_cast<float>(2 * config_.plane_clear_m);
+  const float gate_pixels = static_cast<float>(config_.inlier_sigmas) * view.focal();
+  for (int i = 0; i < view.size(); i += kLanes) {
+    const Masks kept = Widen(&mark_[i]) == 3;
+    if (!Any(kept)) {
+      continue;
+    }
+    const Floats x = view.four_x(i);
+    const Floats y = view.four_y(i);
+    const Floats w = m.x() * x + m.y() * y + m.z();
+    const Floats z = 1 / w;
+    const FourPoints p{x * z, y * z, z, SigmaInverse(w, config_.noise) * z};
+    const Floats from_other = __builtin_convertvector(Widen(&from_other_[i]), Floats);
+    Masks corner = from_other <= 1 + gate_pixels * p.sigma_per_m;
+    for (const DetectedPlane& other : found_) {
+      if (&other != &plane) {
+        corner |= Near(other, p, clear, clear_m);
+      }
+    }
+    for (int lane = 0; lane < kLanes && Any(corner & kept); ++lane) {
+      mark_[i + lane] = corner[lane] != 0 ? 0 : mark_[i + lane];
+    }
+  }
+}
+
 /// The fit without readings where another surface meets the plane, found or not: those of the other
 /// within the gate are all on one side. Asked of the planes and of whole neighbourhoods, not of the
 /// single reading, so that nothing is chosen by its noise.
 bool PlaneFinder::Polish(const DepthView& view, DetectedPlane& plane) {
   const Eigen::Vector3f m = InverseDepth(plane.fit);
-  const double clear = config_.plane_clear_sigmas + config_.inlier_sigmas;
   const int count = KeepLargeParts(view, Collect(view, m, config_.inlier_sigmas));
   MeasureFromOthers(view, m);
+  MarkCorners(view, m, plane);
   int inner = 0;
   for (int k = 0; k < count; ++k) {
-    const int i = inlier_[k];
-    const Vector3d ray(view.x(i), view.y(i), 1);
-    const double w = m.cast<double>().dot(ray);
-    // A surface that leaves the plane by 45 degrees is in its gate for so many pixels.
-    const double reach =
-        1 + config_.inlier_sigmas * config_.noise.SigmaInverse(w) / w * view.focal();
-    const bool corner = from_other_[i] <= reach ||
-                        std::any_of(found_.begin(), found_.end(), [&](const DetectedPlane& other) {
-                          return &other != &plane && Near(other, ray / w, config_.noise, clear,
-                                                          2 * config_.plane_clear_m);
-                        });
-    if (!corner) {
+    if (const int i = inlier_[k]; mark_[i] == 3) {
       point_[inner++] = view.p_S(i);
     }
   }
@@ -113,29 +164,40 @@ bool PlaneFinder::Bound(const DepthView& view, int count, DetectedPlane& plane) 
   const auto axes = RectangleAxes(plane.fit.n_S, R_SW.col(2), R_SW.col(0));
   plane.e1_S = axes.col(0);
   plane.e2_S = axes.col(1);
-  Vector3d sum = Vector3d::Zero();
-  double lo[2] = {1e9, 1e9};
-  double hi[2] = {-1e9, -1e9};
-  double area_m2 = 0;
-  double sigma_m = 0;
-  double facing = 0;
-  for (int k = 0; k < count; ++k) {
-    const int i = inlier_[k];
-    const Vector3d ray(view.x(i), view.y(i), 1);
-    const double z = plane.fit.d_m / plane.fit.n_S.dot(ray);
-    const Vector3d p = z * ray;
-    const double cosine = -plane.fit.n_S.dot(ray);
-    sum += p;
-    area_m2 += z * z / (view.focal() * view.focal() * std::max(cosine, 1e-3));
-    sigma_m += z * z * config_.noise.SigmaInverse(1 / z);
-    facing += cosine / std::sqrt(ray.squaredNorm());
-    const int support = Support(view, i);
-    for (int a = 0; a < 2 && support >= 4; ++a) {
-      lo[a] = std::min(lo[a], axes.col(a).dot(p));
-      hi[a] = std::max(hi[a], axes.col(a).dot(p));
+  const Eigen::Vector3f m = InverseDepth(plane.fit);
+  const Vector3d* const e_S[] = {&plane.e1_S, &plane.e2_S};
+  Floats sum_x{}, sum_y{}, sum_z{}, area{}, sigma{}, facing{};
+  float lo[2] = {1e9F, 1e9F};
+  float hi[2] = {-1e9F, -1e9F};
+  for (int i = 0; i < view.size(); i += kLanes) {
+    const Masks kept = Widen(&mark_[i]) == 3;
+    if (!Any(kept)) {
+      continue;
+    }
+    const Floats x = view.four_x(i);
+    const Floats y = view.four_y(i);
+    const Floats w = m.x() * x + m.y() * y + m.z();
+    const Floats z = kept ? 1 / w : Floats{};
+    const FourPoints p{x * z, y * z, z, SigmaInverse(w, config_.noise) * z};
+    const Floats cosine = w * static_cast<float>(-plane.fit.d_m);  // of a ray x: -n'x
+    sum_x += p.x, sum_y += p.y, sum_z += p.z;
+    area += z * z / Greater(cosine, Fill(1e-3F));
+    sigma += z * p.sigma_per_m;
+    facing += kept ? cosine / SquareRoot(x * x + y * y + 1) : Floats{};
+    for (int a = 0; a < 2; ++a) {
+      const Floats at_m = Dot(*e_S[a], p);
+      const Masks beyond = kept & ((at_m < lo[a]) | (at_m > hi[a]));
+      for (int lane = 0; lane < kLanes && Any(beyond); ++lane) {
+        if (beyond[lane] != 0 && Support(view, i + lane) >= 4) {
+          lo[a] = std::min(lo[a], at_m[lane]);
+          hi[a] = std::max(hi[a], at_m[lane]);
+        }
+      }
     }
   }
-  plane.p_SCentroid = sum / count;
+  const double area_m2 = Sum(area) / (view.focal() * view.focal());
+  const double sigma_m = Sum(sigma);
+  plane.p_SCentroid = Vector3d(Sum(sum_x), Sum(sum_y), Sum(sum_z)) / count;
   for (int a = 0; a < 2; ++a) {
     plane.lo_m[a] = lo[a] - axes.col(a).dot(plane.p_SCentroid);
     plane.hi_m[a] = hi[a] - axes.col(a).dot(plane.p_SCentroid);
@@ -144,18 +206,23 @@ bool PlaneFinder::Bound(const DepthView& view, int count, DetectedPlane& plane) 
   const double least_m =
       std::max(config_.plane_min_extent_m, config_.plane_extent_sigmas * sigma_m / count);
   const double tilt_rad = std::sqrt(plane.fit.covariance.topLeftCorner<3, 3>().trace());
-  return shorter_m >= least_m && facing / count >= kMinFacing &&
+  return shorter_m >= least_m && Sum(facing) / static_cast<float>(count) >= kMinFacing &&
          tilt_rad <= config_.plane_tilt_sigma_max_rad &&
          area_m2 >= config_.plane_min_fill * (hi[0] - lo[0]) * (hi[1] - lo[1]);
 }
 
 /// Marks all readings near the plane as of a plane: no pipe is made of them.
 void PlaneFinder::Claim(DepthView& view, const DetectedPlane& plane) const {
-  for (int i = 0; i < view.size(); ++i) {
-    if (view.use(i) == DepthView::Use::kFree &&
-        Near(plane, view.p_S(i).cast<double>(), config_.noise, config_.plane_clear_sigmas,
-             config_.plane_clear_m)) {
-      view.set_use(i, DepthView::Use::kPlane);
+  const auto sigmas = static_cast<float>(config_.plane_clear_sigmas);
+  const auto least_m = static_cast<float>(config_.plane_clear_m);
+  for (int i = 0; i < view.size(); i += kLanes) {
+    const Floats z = 1 / view.four_inverse_z(i);  // what is not seen is not near
+    const FourPoints p{view.four_x(i) * z, view.four_y(i) * z, z, z / view.four_inverse_sigma(i)};
+    const Masks near = Near(plane, p, sigmas, least_m);
+    for (int lane = 0; lane < kLanes && Any(near); ++lane) {
+      if (near[lane] != 0 && view.use(i + lane) == DepthView::Use::kFree) {
+        view.set_use(i + lane, DepthView::Use::kPlane);
+      }
     }
   }
 }
