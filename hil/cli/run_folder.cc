@@ -48,6 +48,7 @@ std::string RunFolder::Open(const fs::path& folder, const nlohmann::ordered_json
     return fmt::format("{}: {}", folder.string(), error.message());
   }
   folder_ = folder;
+  Text("run.json", head.dump(2) + "\n");  // first: by it the folder is known as a run's
   for (const char* old : {"map.bt", "map.ot", "report.html", kDepthFileName}) {
     fs::remove(folder / old, error);
   }
@@ -59,7 +60,6 @@ std::string RunFolder::Open(const fs::path& folder, const nlohmann::ordered_json
     return fmt::format("{}: cannot write there", folder.string());
   }
   trace_ << kTraceHead;
-  Text("run.json", head.dump(2) + "\n");
   return failed_;
 }
 
