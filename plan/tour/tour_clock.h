@@ -9,7 +9,7 @@ namespace pipewright {
 
 /// When a search for a tour stops: whichever comes first.
 struct TourBudget {
-  std::int64_t trials = 1000;  ///< tours that are brought down to a local optimum
+  std::int64_t trials = 1000;  ///< tours that are brought down to a local optimum; one is, always
   Time (*now)() = nullptr;     ///< the clock, as platform/linux's Now(); null: trials alone
   Time deadline = Time::max();
 };

@@ -25,7 +25,7 @@ struct TourProblem {
   int n = 0;
   /// n×n, row-major, from row to column, any unit; finite, within [0, kCostMax]. Its diagonal is
   /// not read. A way that must not be taken has a cost beyond any tour's.
-  std::span<const float> costs;
+  std::span<const float> costs = {};
   bool open = false;
   int entry = kFree;  ///< first node of an open tour
   int exit = kFree;   ///< last node of an open tour
