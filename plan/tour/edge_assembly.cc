@@ -10,7 +10,7 @@ EdgeAssembly::EdgeAssembly(int node_capacity)
       b_(node_capacity),
       a_cost_out_(node_capacity),
       on_cycle_(node_capacity),
-      begin_(node_capacity),
+      begin_(node_capacity / 2 + 1),
       seen_(node_capacity),
       child_(node_capacity) {}
 

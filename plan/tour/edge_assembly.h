@@ -47,7 +47,7 @@ class EdgeAssembly {
   Links b_;
   std::vector<float> a_cost_out_;
   std::vector<TourNode> on_cycle_;  // the nodes that leave by A's ways, cycle by cycle
-  std::vector<TourNode> begin_;     // of cycle k in on_cycle_; one more than there are cycles
+  std::vector<TourNode> begin_;     // of cycle k, of 2 or more, in on_cycle_; and the end
   std::vector<std::uint8_t> seen_;
   Subtours child_;
 };

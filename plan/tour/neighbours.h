@@ -12,7 +12,7 @@ namespace pipewright {
 /// Of every node, the few to which, and from which, a way is cheapest: where a search looks first.
 class Neighbours {
  public:
-  static constexpr int kMost = 7;
+  static constexpr int kMost = 8;
 
   explicit Neighbours(int node_capacity);
 

@@ -10,8 +10,8 @@ Subtours::Subtours(int node_capacity)
       previous_(node_capacity),
       cost_out_(node_capacity),
       tour_of_(node_capacity),
-      first_(node_capacity),
-      length_(node_capacity) {}
+      first_(node_capacity / 2),
+      length_(node_capacity / 2) {}
 
 void Subtours::Assign(std::span<const TourNode> next, std::span<const TourNode> previous,
                       std::span<const float> cost_out) {
@@ -119,7 +119,8 @@ void Subtours::CopyOrder(std::span<TourNode> order) const {
 }
 
 std::size_t Subtours::MemoryBytes() const {
-  return 5 * next_.capacity() * sizeof(TourNode) + cost_out_.capacity() * sizeof(float);
+  return (3 * next_.capacity() + 2 * first_.capacity()) * sizeof(TourNode) +
+         cost_out_.capacity() * sizeof(float);
 }
 
 }  // namespace pipewright

@@ -54,7 +54,7 @@ class Subtours {
   std::vector<TourNode> next_, previous_;
   std::vector<float> cost_out_;
   std::vector<TourNode> tour_of_;         // by node
-  std::vector<TourNode> first_, length_;  // by tour; of length 0: joined to another
+  std::vector<TourNode> first_, length_;  // by tour, of 2 nodes or more; 0: joined to another
 };
 
 }  // namespace pipewright

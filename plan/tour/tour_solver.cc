@@ -94,17 +94,23 @@ void TourSolver::Keep(int member, const TourClock& clock) {
   }
 }
 
-/// Until the clock is over; the members then left keep no tour, or one from before.
+/// Fills the population, with the best tour so far in it, until the clock is over.
 void TourSolver::Populate(const TourProblem& problem, Rng& rng, TourClock& clock) {
-  for (int k = 0; k < kMembers && !Proven(); ++k) {
-    construction_.Build(problem, costs_, neighbours_, rng, Member(k));
-    tour_.Assign(Member(k), costs_);
-    for (const TourNode a : Member(k)) {
+  int built = 0;
+  if (best_length_ < kInfinity) {
+    std::copy_n(best_.begin(), costs_.size(), Member(0).begin());
+    lengths_[0] = best_length_;
+    built = 1;
+  }
+  for (; built < kMembers && !Proven(); ++built) {
+    construction_.Build(problem, costs_, neighbours_, rng, Member(built));
+    tour_.Assign(Member(built), costs_);
+    for (const TourNode a : Member(built)) {
       local_search_.Push(a);
     }
     clock.CountTrial();
     local_search_.Descend(tour_, costs_, neighbours_, clock);
-    Keep(k, clock);
+    Keep(built, clock);
     if (clock.Over()) {
       return;
     }
@@ -126,23 +132,21 @@ bool TourSolver::Evolve(Rng& rng, TourClock& clock) {
   return better && !clock.Over();
 }
 
-/// Member a becomes its best child with member b, if that is cheaper. @returns whether it is
+/// Member a becomes the first of its children with member b that is shorter. @returns whether one
+/// is
 bool TourSolver::Mate(int a, int b, Rng& rng, TourClock& clock) {
   const int cycles = assembly_.Begin(Member(a), Member(b), costs_);
   if (cycles < 2) {  // of a single one, the child is b
     return false;
   }
-  double length = lengths_[a];
-  bool better = false;
   const int first = rng.Index(cycles);
   for (int k = 0; k < std::min(cycles, kChildren) && !clock.Over(); ++k) {
-    if (ImproveChild((first + k) % cycles, clock) && tour_.Length() < length) {
+    if (ImproveChild((first + k) % cycles, clock) && tour_.Length() < lengths_[a]) {
       Keep(a, clock);
-      length = lengths_[a];
-      better = true;
+      return true;
     }
   }
-  return better;
+  return false;
 }
 
 /// Brings the child of cycle k down to a local optimum, in tour_. @returns whether there is one
