@@ -28,8 +28,8 @@ void Assignment::Solve(const CostTable& costs, TourClock& clock) {
   ReduceColumns(costs);
   ReduceRows(costs);
   ReduceRows(costs);
-  for (int k = 0; k < free_count_ && !clock.LateNow(); ++k) {
-    Augment(costs, free_rows_[k]);
+  for (; free_count_ > 0 && !clock.LateNow(); --free_count_) {
+    Augment(costs, free_rows_[free_count_ - 1]);
   }
   SetRowDuals(costs);
   if (costs.symmetric()) {  // then (v, u) is feasible as well, and so is the mean
@@ -169,6 +169,10 @@ void Assignment::SetRowDuals(const CostTable& costs) {
 double Assignment::Bound() const {
   return std::accumulate(u_.begin(), u_.begin() + n_, 0.0) +
          std::accumulate(v_.begin(), v_.begin() + n_, 0.0);
+}
+
+std::span<const TourNode> Assignment::next() const {
+  return {column_of_.data(), free_count_ == 0 ? static_cast<std::size_t>(n_) : 0};
 }
 
 std::size_t Assignment::MemoryBytes() const {

@@ -28,6 +28,8 @@ class Assignment {
   std::span<const float> u() const { return u_; }
   std::span<const float> v() const { return v_; }
   double Bound() const;  ///< Σ u + Σ v
+  /// Every node's successor in the assignment; empty where it was cut short.
+  std::span<const TourNode> next() const;
   std::size_t MemoryBytes() const;
 
  private:
@@ -43,8 +45,8 @@ class Assignment {
   std::vector<float> u_, v_, distance_;
   std::vector<TourNode> column_of_, row_of_;  // the assignment so far
   std::vector<TourNode> free_rows_, predecessor_, columns_;
-  int free_count_ = 0;
-  int settled_ = 0;  // of columns_, those whose distance is final come first
+  int free_count_ = 0;  // rows without a column
+  int settled_ = 0;     // of columns_, those whose distance is final come first
 };
 
 }  // namespace pipewright

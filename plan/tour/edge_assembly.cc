@@ -67,6 +67,12 @@ bool EdgeAssembly::MakeChild(int k, const CostTable& costs, const Neighbours& ne
   return child_.Join(costs, neighbours);
 }
 
+bool EdgeAssembly::JoinParts(std::span<const TourNode> next, const CostTable& costs,
+                             const Neighbours& neighbours) {
+  child_.Assign(next, costs);
+  return child_.Join(costs, neighbours);
+}
+
 std::size_t EdgeAssembly::MemoryBytes() const {
   return (4 * a_.next.capacity() + on_cycle_.capacity() + begin_.capacity()) * sizeof(TourNode) +
          a_cost_out_.capacity() * sizeof(float) + seen_.capacity() + child_.MemoryBytes();

@@ -29,6 +29,9 @@ class EdgeAssembly {
 
   /// The child by cycle k. O(n) @returns false where its parts cannot be joined
   bool MakeChild(int k, const CostTable& costs, const Neighbours& neighbours);
+  /// The child of no parents: the parts of a permutation joined. @returns as MakeChild()
+  bool JoinParts(std::span<const TourNode> next, const CostTable& costs,
+                 const Neighbours& neighbours);
   const Subtours& child() const { return child_; }
   /// Whether the child leaves `node` by another way than A.
   bool Differs(int node) const { return child_.Next(node) != a_.next[node]; }

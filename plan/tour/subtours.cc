@@ -21,6 +21,13 @@ void Subtours::Assign(std::span<const TourNode> next, std::span<const TourNode> 
   std::copy(cost_out.begin(), cost_out.end(), cost_out_.begin());
 }
 
+void Subtours::Assign(std::span<const TourNode> next, const CostTable& costs) {
+  n_ = static_cast<int>(next.size());
+  for (int a = 0; a < n_; ++a) {
+    SetNext(static_cast<TourNode>(a), next[a], costs(a, next[a]));
+  }
+}
+
 void Subtours::SetNext(TourNode a, TourNode b, float cost) {
   next_[a] = b;
   previous_[b] = a;

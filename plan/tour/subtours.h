@@ -18,6 +18,7 @@ class Subtours {
   /// Every node's successor: any permutation without fixed points, and what each way costs.
   void Assign(std::span<const TourNode> next, std::span<const TourNode> previous,
               std::span<const float> cost_out);
+  void Assign(std::span<const TourNode> next, const CostTable& costs);
   void SetNext(TourNode a, TourNode b, float cost);
 
   TourNode Next(int a) const { return next_[a]; }

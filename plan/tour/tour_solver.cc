@@ -94,27 +94,54 @@ void TourSolver::Keep(int member, const TourClock& clock) {
   }
 }
 
-/// Fills the population, with the best tour so far in it, until the clock is over.
+/// Fills the population until the clock is over: with the best tour so far, or else the assignment
+/// with its parts joined, and with what is built at random.
 void TourSolver::Populate(const TourProblem& problem, Rng& rng, TourClock& clock) {
   int built = 0;
   if (best_length_ < kInfinity) {
     std::copy_n(best_.begin(), costs_.size(), Member(0).begin());
     lengths_[0] = best_length_;
     built = 1;
+  } else if (JoinAssignment()) {
+    ImproveAll(clock);
+    Keep(0, clock);
+    built = 1;
   }
-  for (; built < kMembers && !Proven(); ++built) {
+  for (; built < kMembers && !Proven() && (built == 0 || !clock.Over()); ++built) {
     construction_.Build(problem, costs_, neighbours_, rng, Member(built));
     tour_.Assign(Member(built), costs_);
-    for (const TourNode a : Member(built)) {
-      local_search_.Push(a);
-    }
-    clock.CountTrial();
-    local_search_.Descend(tour_, costs_, neighbours_, clock);
+    ImproveAll(clock);
     Keep(built, clock);
-    if (clock.Over()) {
-      return;
-    }
   }
+}
+
+/// Of symmetric costs the assignment is mostly pairs, and no better a start than any.
+bool TourSolver::JoinAssignment() {
+  if (costs_.symmetric() || assignment_.next().empty() ||
+      !assembly_.JoinParts(assignment_.next(), costs_, neighbours_)) {
+    return false;
+  }
+  TakeChild();
+  return true;
+}
+
+/// Brings tour_ down to a local optimum, wherever it is not.
+void TourSolver::ImproveAll(TourClock& clock) {
+  for (const TourNode a : tour_.order()) {
+    local_search_.Push(a);
+  }
+  Improve(clock);
+}
+
+void TourSolver::Improve(TourClock& clock) {
+  clock.CountTrial();
+  local_search_.Descend(tour_, costs_, neighbours_, clock);
+}
+
+void TourSolver::TakeChild() {
+  const std::span order(scratch_.data(), static_cast<std::size_t>(costs_.size()));
+  assembly_.child().CopyOrder(order);
+  tour_.Assign(order, assembly_.child().cost_out());
 }
 
 /// One generation: round a random circle, each member takes from the next. @returns whether one got
@@ -154,17 +181,14 @@ bool TourSolver::ImproveChild(int k, TourClock& clock) {
   if (!assembly_.MakeChild(k, costs_, neighbours_)) {
     return false;
   }
-  const std::span order(scratch_.data(), static_cast<std::size_t>(costs_.size()));
-  assembly_.child().CopyOrder(order);
-  tour_.Assign(order, assembly_.child().cost_out());
-  for (const TourNode x : order) {
+  TakeChild();
+  for (const TourNode x : tour_.order()) {
     if (assembly_.Differs(x)) {
       local_search_.Push(x);
       local_search_.Push(tour_.Next(x));
     }
   }
-  clock.CountTrial();
-  local_search_.Descend(tour_, costs_, neighbours_, clock);
+  Improve(clock);
   return true;
 }
 

@@ -45,7 +45,7 @@ float Overstep(const CostTable& costs, const Assignment& assignment) {
   return most;
 }
 
-TEST(Assignment, IsBoundedByTheLeastOfAllPermutations) {
+TEST(Assignment, CostsAndBoundsWhatTheLeastOfAllPermutationsCosts) {
   for (int n = 2; n <= 8; ++n) {
     for (const Costs kind : kKinds) {
       for (unsigned seed = 0; seed < 10; ++seed) {
@@ -57,6 +57,14 @@ TEST(Assignment, IsBoundedByTheLeastOfAllPermutations) {
         assignment.Solve(costs, clock);
         EXPECT_NEAR(assignment.Bound(), LeastAssignment(c.Problem()), 1e-5) << n << ' ' << seed;
         EXPECT_LT(Overstep(costs, assignment), 1e-5F);
+        std::vector<bool> reached(n);
+        double cost = 0;
+        for (int i = 0; i < n; ++i) {
+          reached[assignment.next()[i]] = true;
+          cost += costs(i, assignment.next()[i]);
+        }
+        EXPECT_EQ(std::count(reached.begin(), reached.end(), true), n);
+        EXPECT_NEAR(cost, assignment.Bound(), 1e-5);
       }
     }
   }
@@ -84,6 +92,7 @@ TEST(Assignment, CutShortStaysALowerBound) {
   TourClock late({.now = [] { return Time::max(); }, .deadline = Time{}});
   assignment.Solve(costs, late);
   EXPECT_LT(assignment.Bound(), best);
+  EXPECT_TRUE(assignment.next().empty());
   EXPECT_LT(Overstep(costs, assignment), 1e-5F);
 }
 
