@@ -89,10 +89,8 @@ double Max(const std::vector<double>& values) {
   return *std::max_element(values.begin(), values.end());
 }
 
-void Report(const TsplibInstance& instance, std::optional<double> optimum, const Row& row,
+void Report(const TsplibInstance& instance, double reference, bool proven, const Row& row,
             const Options& options, Json& object) {
-  const double least = *std::min_element(row.costs.begin(), row.costs.end());
-  const double reference = optimum.value_or(least);
   const auto gap = [&](double cost) {
     return reference > 0 ? 100 * (cost / reference - 1) : cost - reference;
   };
@@ -103,7 +101,7 @@ void Report(const TsplibInstance& instance, std::optional<double> optimum, const
     fmt::print(
         "{:<12}{:>4}{:>7.0f}{:>11.1f}{}{:>9.3f}{:>9.3f}{:>5d}/"
         "{:<3d}{:>9.1f}{:>9.1f}{:>10.2f}{:>9.2f}\n",
-        instance.name, instance.n, row.budget_ms, reference, optimum ? ' ' : '*', gap_mean, gap_max,
+        instance.name, instance.n, row.budget_ms, reference, proven ? ' ' : '*', gap_mean, gap_max,
         best, row.costs.size(), row.trials / row.took_ms, Mean(row.best_ms), Max(row.best_ms),
         row.took_ms_max);
     return;
@@ -112,7 +110,7 @@ void Report(const TsplibInstance& instance, std::optional<double> optimum, const
                             {"n", instance.n},
                             {"budget_ms", row.budget_ms},
                             {"reference", reference},
-                            {"reference_is_proven", optimum.has_value()},
+                            {"reference_is_proven", proven},
                             {"gap_percent_mean", gap_mean},
                             {"gap_percent_max", gap_max},
                             {"at_reference", best},
@@ -150,9 +148,15 @@ int Main(const Options& options) {
       return 2;
     }
     const auto optimum = options.open ? std::nullopt : test::TsplibOptimum(read.instance->name);
+    std::vector<Row> rows;
+    double least = std::numeric_limits<double>::infinity();
     for (const double budget_ms : options.budgets_ms) {
-      Report(*read.instance, optimum, Measure(solver, problem, budget_ms, options.seeds), options,
-             object);
+      rows.push_back(Measure(solver, problem, budget_ms, options.seeds));
+      least =
+          std::min(least, *std::min_element(rows.back().costs.begin(), rows.back().costs.end()));
+    }
+    for (const Row& row : rows) {
+      Report(*read.instance, optimum.value_or(least), optimum.has_value(), row, options, object);
     }
   }
   if (options.json) {

@@ -134,6 +134,20 @@ TEST_F(TourSolverTest, AnOpenTourIsAClosedOneOverANodeThatCostsNothing) {
   }
 }
 
+TEST_F(TourSolverTest, APathBetweenTwoNodesIsAClosedTourWhereTheyAreOne) {
+  for (const Costs kind : kKinds) {
+    TourCase path = RandomTour(20, kind, 5);
+    path.open = true;
+    path.entry = 19;
+    path.exit = 18;
+    TourCase closed{.n = 19, .costs = std::vector<float>(19 * 19)};  // leaves 18 as it left 19
+    for (int i = 0; i < 19; ++i) {
+      std::copy_n(&path.costs[(i == 18 ? 19 : i) * 20], 19, &closed.costs[i * 19]);
+    }
+    EXPECT_NEAR(Solved(path, 3000).cost, Solved(closed, 3000).cost, 1e-5);
+  }
+}
+
 TEST_F(TourSolverTest, WithItsEndsGivenIsTheBestOverTheOthers) {
   // Where ends are dear to reach, free ends would be elsewhere; all but them lie on a line.
   TourCase c = RandomTour(30, Costs::kAny, 1);
