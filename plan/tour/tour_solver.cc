@@ -60,7 +60,7 @@ Result<TourFigures> TourSolver::Solve(const TourProblem& problem, const TourBudg
   Search(problem, seed, clock);
   CopyOut(problem, order);
   figures.cost = TourCost(problem, order);
-  figures.bound = std::min(figures.cost, assignment_.Bound() - costs_.DummyCost());
+  figures.bound = std::clamp(assignment_.Bound() - costs_.DummyCost(), 0.0, figures.cost);
   figures.trials = clock.trials();
   figures.best_trial = best_trial_;
   return figures;

@@ -177,7 +177,9 @@ int main(int argc, char** argv) {
   app.add_option("--seeds", options.seeds, "runs of each instance and time, from seed 1 on")
       ->check(CLI::Range(1, 100000))
       ->capture_default_str();
-  app.add_option("--ms", options.budgets_ms, "times for one solve")
+  app.add_option("--ms", options.budgets_ms, "times for one solve, as 10,100")
+      ->delimiter(',')
+      ->allow_extra_args(false)
       ->check(CLI::Range(0.01, 1e6))
       ->capture_default_str();
   app.add_flag("--open", options.open, "paths between any two nodes instead of closed tours");

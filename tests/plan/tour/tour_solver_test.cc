@@ -39,6 +39,7 @@ class TourSolverTest : public testing::Test {
     }
     EXPECT_TRUE(IsTour(c.Problem(), order_));
     EXPECT_EQ(figures->cost, TourCost(c.Problem(), order_));
+    EXPECT_GE(figures->bound, 0);
     EXPECT_LE(figures->bound, figures->cost);
     EXPECT_LE(figures->trials, trials);
     EXPECT_LE(figures->best_trial, figures->trials);
