@@ -174,7 +174,12 @@ void Mission::LookStep(const MissionInput& input, Time now) {
   if (now < settled_at_) {
     return;
   }
-  if (!NextLook(input, now)) {
+  if (NextLook(input, now)) {
+    return;
+  }
+  if (looks_.kind() == LookKind::kLast) {
+    End(MissionState::kDone, ending_);
+  } else {
     out_.state = MissionState::kPlan;
   }
 }
@@ -208,7 +213,6 @@ void Mission::PlanningStep(const MissionInput& input, Time now) {
     case PlanDecision::kGoal:
       failed_plans_ = 0;
       looking_again_ = false;
-      looked_last_ = false;
       SetGoal(plan.goal, now);
       out_.state = MissionState::kMove;
       return;
@@ -242,15 +246,16 @@ void Mission::NoView(const MissionInput& input, Time now) {
   out_.state = MissionState::kLookAround;
 }
 
-/// Nothing is left to do, by a map that the base may be beside: its last way may have shown it
-/// nothing but the floor. So before the end it looks once at what tells its pose, and plans again.
+/// Nothing is left to do. The last way may have shown the camera nothing but the floor, which does
+/// not tell where the base is; so it looks once at what does.
 void Mission::Finish(const MissionInput& input, Time now, StopReason why) {
   looks_.Begin(LookKind::kLast, input.robot.q);
-  if (looked_last_ || !NextLook(input, now)) {
-    return End(MissionState::kDone, why);
+  ending_ = why;
+  if (NextLook(input, now)) {
+    out_.state = MissionState::kLookAround;
+  } else {
+    End(MissionState::kDone, why);
   }
-  looked_last_ = true;
-  out_.state = MissionState::kLookAround;
 }
 
 void Mission::MoveStep(const MissionInput& input, Time now) {

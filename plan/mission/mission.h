@@ -179,7 +179,7 @@ class Mission {
   Time hold_since_{};
   MissionState held_ = MissionState::kPlan;  ///< what to go on with
   bool looking_again_ = false;               ///< since no view could be reached
-  bool looked_last_ = false;                 ///< since the base moved
+  StopReason ending_ = StopReason::kNone;    ///< after the last look
   std::uint32_t last_goal_id_ = 0;
   GoalState last_outcome_ = GoalState::kNone;
   int failed_plans_ = 0;
