@@ -11,14 +11,18 @@ namespace pipewright {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr double kTiny = std::numeric_limits<double>::min();
+constexpr double kUpright = 0.5;     ///< a normal with less across the vertical tells nothing
 constexpr double kSettled_m = 5e-4;  ///< the kernel's reach at which steps may end
 
 struct NormalEquations {
   Mat<3, 3> H = Mat<3, 3>::Zero();
   Mat<3, 3> H_false = Mat<3, 3>::Zero();
   Vector3d g = Vector3d::Zero();
-  double best_placed_m2 = kInfinity;  ///< at 1 m, of the surfels
-  double w = 0;
+  double best_placed_m2 = kInfinity;  ///< at 1 m, of the surfels that tell
+  // Information of place and of heading, and that times the placement's variances.
+  double w_place = kTiny;
+  double w_heading = kTiny;
   double w_placed_m2 = 0;
   double w_placed_rad2 = 0;
   int associated = 0;
@@ -66,10 +70,15 @@ NormalEquations Linearise(const SurfelMap& map, const PipeLandmarks& pipes,
     sum.H += w * J * J.transpose();
     sum.H_false += w * (surfel->tilt_var_rad2 + config.model_rad * config.model_rad) * across;
     sum.g += w * r * J;
-    sum.best_placed_m2 = std::min(sum.best_placed_m2, placed_m2);
-    sum.w += w;
-    sum.w_placed_m2 += w * surfel->placed.m2;
-    sum.w_placed_rad2 += w * surfel->placed.rad2;
+    if (n.head<2>().squaredNorm() > kUpright * kUpright) {
+      sum.best_placed_m2 = std::min(sum.best_placed_m2, placed_m2);
+    }
+    const double of_place = w * J.head<2>().squaredNorm();
+    const double of_heading = w * J.z() * J.z();
+    sum.w_place += of_place;
+    sum.w_heading += of_heading;
+    sum.w_placed_m2 += of_place * surfel->placed.m2;
+    sum.w_placed_rad2 += of_heading * surfel->placed.rad2;
   }
   return sum;
 }
@@ -179,7 +188,7 @@ Status Register(const SurfelMap& map, const PipeLandmarks& pipes, std::span<cons
   }
   fix.pose = guess + solution.determined * (pose - guess);
   fix.information = solution.information / std::max(1.0, figures.chi2);
-  fix.placed = {sum.w_placed_m2 / sum.w, sum.w_placed_rad2 / sum.w};
+  fix.placed = {sum.w_placed_m2 / sum.w_place, sum.w_placed_rad2 / sum.w_heading};
   return Status::kOk;
 }
 

@@ -26,7 +26,8 @@ struct PoseFix {
   bool fits = true;  ///< false: the scan fits nowhere near the guess; the rest then says nothing
   Vector3d pose = Vector3d::Zero();
   Mat<3, 3> information = Mat<3, 3>::Zero();
-  Placement placed{};  ///< of the surfaces it was found among
+  /// Of the surfaces it was found among, the mean by what each tells of place and of heading.
+  Placement placed{};
 };
 
 struct RegistrationConfig {
@@ -92,8 +93,9 @@ Isometry3d BaseAt(const Vector3d& pose);
 /// associated anew at each step, none farther from its surfel than SurfelMap::reach_m(), nor with a
 /// normal unlike the surfel's: the narrow end of a wall has no surfel, only the wall beside it.
 /// What the base placed when it was less sure of itself counts less beside what it placed better:
-/// by how much a surfel's placement exceeds the best one's is added to σ_k² in its weight, and to
-/// σ² in what counts as an inlier: that it is off contradicts nothing.
+/// by how much a surfel's placement exceeds the best one's (of those that tell: no floor) is added
+/// to σ_k² in its weight, and to σ² in what counts as an inlier: that it is off contradicts
+/// nothing.
 ///
 /// A wall does not hold the base along itself. But its normals are not exact, and their errors
 /// feign information there, E Σ w J J' = H + H_false, which grows with the number of points:

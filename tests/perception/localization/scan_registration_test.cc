@@ -287,6 +287,36 @@ TEST_F(Registration, TellsHowSurelyItsSurroundingsWerePlaced) {
   EXPECT_NEAR(fix_.placed.rad2, unsure.rad2, 1e-3 * unsure.rad2);
 }
 
+/// The floor tells nothing of where the base stands, nor does how surely it was placed.
+TEST_F(Registration, TellsNothingOfHowTheFloorWasPlaced) {
+  const Isometry3d X_WS = Mount();
+  constexpr Placement kSure{.m2 = 1e-6, .rad2 = 1e-6};
+  constexpr Placement kUnsure{.m2 = 1e-4, .rad2 = 1e-3};
+  const auto scan = Look(kRoom, X_WS, 1500, 0.005, rng_);
+  Mat<3, 3> information[2];
+  for (const bool sure_floor : {false, true}) {
+    map_->Clear();
+    for (const ScanPoint& point : Look(kRoom, X_WS, 120000, 0.005, rng_)) {
+      const Vector3d p_W = X_WS * point.p_SQ.cast<double>();
+      int beside = 0;
+      for (const Wall& wall : kRoom) {
+        beside += std::abs(wall.n.dot(p_W) - wall.d) < 0.12;
+      }
+      if (beside == 1) {  // no surfel is of both
+        const bool sure = (p_W.z() < 0.12) == sure_floor;
+        (void)map_->Add(p_W, point.sigma_m, X_WS.translation(), sure ? kSure : kUnsure);
+      }
+    }
+    ASSERT_EQ(FromGuess(scan, Vector3d::Zero()), Status::kOk);
+    const Placement& of_walls = sure_floor ? kUnsure : kSure;
+    EXPECT_NEAR(fix_.placed.m2, of_walls.m2, 0.05 * of_walls.m2);
+    EXPECT_NEAR(fix_.placed.rad2, of_walls.rad2, 0.05 * of_walls.rad2);
+    information[sure_floor] = fix_.information;
+  }
+  EXPECT_LT((information[0] - information[1]).norm(), 0.2 * information[0].norm())
+      << "walls that were placed alike tell alike";
+}
+
 /// Half of the room was placed by a base that was 4 degrees off, and knew that it might be: what it
 /// placed before counts, and nothing contradicts it.
 TEST_F(Registration, GoesByWhatWasPlacedWell) {
