@@ -65,9 +65,13 @@ class Observations {
     assert(Contains(q));
     return seen_count_[q];
   }
-  /// The configurations that see p, the last added first. Valid until something changes.
+  /// The configurations that see p, the last added or replaced first. Valid until something
+  /// changes.
   Observers ObserversOf(PrimitiveId p) const;
-  int ObserverCount(PrimitiveId p) const { return observer_count_[p]; }
+  int ObserverCount(PrimitiveId p) const {
+    assert(0 <= p && p < capacity_.primitives);
+    return observer_count_[p];
+  }
 
   int configurations() const { return configurations_; }
   int incidences() const { return incidences_; }
