@@ -43,7 +43,8 @@ struct Banded {
   bool within() const { return lo <= value && value <= hi; }
 };
 
-inline constexpr double kTwoSided99 = 2.5758;  ///< the standard normal's quantile 0.995
+inline constexpr double kTwoSided99 = 2.5758;   ///< the standard normal's quantile 0.995
+inline constexpr double kTwoSided999 = 3.2905;  ///< and 0.9995
 
 /// Whether normalised errors squared are chi-square: mean and quantiles 0.5, 0.9, 0.99.
 ///
@@ -62,7 +63,7 @@ struct Calibration {
   }
 };
 
-inline Calibration Calibrate(std::vector<double> nees, int dof) {
+inline Calibration Calibrate(std::vector<double> nees, int dof, double sigmas = kTwoSided99) {
   Calibration out;
   out.dof = dof;
   out.count = static_cast<long>(nees.size());
@@ -75,10 +76,10 @@ inline Calibration Calibrate(std::vector<double> nees, int dof) {
   for (const double x : nees) {
     sum += x;
   }
-  const double spread = kTwoSided99 * std::sqrt(2 * dof / n);
+  const double spread = sigmas * std::sqrt(2 * dof / n);
   out.mean = {sum / n, dof - spread, dof + spread};
   const auto quantile = [&](double p) {
-    const double rank = kTwoSided99 * std::sqrt(p * (1 - p) / n);
+    const double rank = sigmas * std::sqrt(p * (1 - p) / n);
     return Banded{nees[static_cast<std::size_t>(p * (n - 1))],
                   ChiSquareQuantile(std::max(0.0, p - rank), dof),
                   ChiSquareQuantile(std::min(1.0, p + rank), dof)};
