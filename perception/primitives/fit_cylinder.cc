@@ -122,7 +122,7 @@ CylinderSums SumAlongRays(std::span<const Eigen::Vector3f> points, const Cylinde
   const auto radius_m = static_cast<float>(at.radius_m);
   const Floats one = Fill(1);
   Masks met{};
-  const CylinderSums sums = SumUp(points, [&](const FourReadings& p, FourCylinderSums& of_part) {
+  CylinderSums sums = SumUp(points, [&](const FourReadings& p, FourCylinderSums& of_part) {
     const Floats x = p.x / p.z;
     const Floats y = p.y / p.z;
     const Floats x1 = along_1(x, y, one);
