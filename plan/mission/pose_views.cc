@@ -3,8 +3,8 @@
 
 #include <Eigen/LU>
 #include <algorithm>
-#include <cstddef>
 #include <numbers>
+#include <utility>
 
 #include "perception/map/distance_field.h"
 #include "plan/cfnbv/open_rays.h"

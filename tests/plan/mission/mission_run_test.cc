@@ -33,8 +33,15 @@ MissionConfig QuickMission() {
   return config;
 }
 
+/// The last goal of a mission, and how long it went on after that.
+struct LastGoal {
+  Goal goal;
+  double rest_s = 0;
+};
+
 /// Runs the mission in the cell by a follower without dynamics. @returns the last output
-MissionOutput RunMission(test::ToyCell& cell, const MissionConfig& config, const Follower& follow) {
+MissionOutput RunMission(test::ToyCell& cell, const MissionConfig& config, const Follower& follow,
+                         LastGoal* last = nullptr) {
   Mission mission(config, test::ToyCell::Config());
   RobotState robot;
   robot.valid = true;
@@ -42,6 +49,7 @@ MissionOutput RunMission(test::ToyCell& cell, const MissionConfig& config, const
   GoalProgress progress;
   MissionOutput out;
   double t_s = 0;
+  double end_s = 0;
   int goals = 0;
   const auto step = [&] {
     out = mission.Step({robot, progress, cell.map, cell.field, cell.scene}, Time(FromSeconds(t_s)));
@@ -58,8 +66,15 @@ MissionOutput RunMission(test::ToyCell& cell, const MissionConfig& config, const
     }
     const double share = follow(goals++);
     t_s += 1 + cell.Follow(FirstPart(goal, share), robot.q);
+    end_s = t_s;
+    if (last != nullptr) {
+      last->goal = goal;
+    }
     progress = {
         .id = goal.id, .state = share < 1 ? GoalState::kStalled : GoalState::kReached, .error = 0};
+  }
+  if (last != nullptr) {
+    last->rest_s = t_s - end_s;
   }
   return out;
 }
@@ -81,37 +96,19 @@ TEST(MissionRun, CoversTheCellAndCompletes) {
 
 TEST(MissionRun, EndsWithALookThatMovesTheArmAlone) {
   test::ToyCell cell = CellWithOnePipe();
-  Goal last;
-  Mission mission(QuickMission(), test::ToyCell::Config());
-  RobotState robot;
-  robot.valid = true;
-  robot.q = test::ToyCell::StartPose();
-  GoalProgress progress;
-  MissionOutput out;
-  double done_s = 0;
-  for (double t_s = 0; t_s < 2000 && out.state != MissionState::kDone; t_s += 0.1) {
-    out = mission.Step({robot, progress, cell.map, cell.field, cell.scene}, Time(FromSeconds(t_s)));
-    for (const VoxelIndex& v : mission.NewResidual()) {
-      cell.map.SetResidual(v, true);
-    }
-    if (mission.goal().id != 0 && mission.goal().id != progress.id) {
-      last = mission.goal();
-      t_s += cell.Follow(last, robot.q);
-      done_s = t_s;
-      progress = {.id = last.id, .state = GoalState::kReached, .error = 0};
-    }
-    if (out.state == MissionState::kDone) {
-      EXPECT_GE(t_s - done_s, ToSeconds(QuickMission().last_settle)) << "the pose is to follow";
-    }
-  }
+  LastGoal last;
+  const MissionOutput out = RunMission(
+      cell, QuickMission(), [](int) { return 1.0; }, &last);
   EXPECT_STREQ(Name(out.stop), "complete");
-  EXPECT_EQ((last.path[0] - last.path.back()).head<3>().norm(), 0);
-  EXPECT_GT((last.path[0] - last.path.back()).norm(), 0.1);
+  EXPECT_GE(last.rest_s, ToSeconds(QuickMission().last_settle)) << "the pose is to follow";
+  const auto& path = last.goal.path;
+  EXPECT_EQ((path[0] - path.back()).head<3>().norm(), 0);
+  EXPECT_GT((path[0] - path.back()).norm(), 0.1);
   const Surroundings around{cell.field, cell.map, cell.scene};
   const RaySet camera = LatticeCameraRays(QuickMission().cfnbv.gain);
   PoseViews views;
-  EXPECT_LT(views.VarianceAfter(last.path.back(), around, camera),
-            views.VarianceAfter(last.path[0], around, camera));
+  EXPECT_LT(views.VarianceAfter(path.back(), around, camera),
+            views.VarianceAfter(path[0], around, camera));
 }
 
 TEST(MissionRun, CompletesThoughEveryFourthGoalStallsOnItsWay) {
